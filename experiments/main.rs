@@ -1,0 +1,2 @@
+//! The verbs of Pliant.
+fn main() {}

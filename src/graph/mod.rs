@@ -1,0 +1,63 @@
+//! Graphs over particles: typed edges, and the policies that draw them.
+//!
+//! Nodes are numbered `[particles | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
+//! and then by the sender's place, so that every neighbour sum runs in one fixed order.
+use crate::state::{Particles, Pose, ToolShape};
+
+mod kind;
+mod node;
+mod radius;
+
+pub use kind::{EDGE_KINDS, EdgeKind};
+pub use node::Nodes;
+pub use radius::{CellList, Radius};
+
+/// The directed edges of one kind, in compressed rows by receiver.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EdgeSet {
+    /// `offsets[i]..offsets[i + 1]` are the edges that particle i receives; N + 1 entries.
+    pub offsets: Vec<u32>,
+    /// Sender node of each edge.
+    pub senders: Vec<u32>,
+}
+
+impl EdgeSet {
+    /// Number of edges.
+    pub fn len(&self) -> usize {
+        self.senders.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.senders.is_empty()
+    }
+
+    /// Every edge as (receiver, sender), in order.
+    pub fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let rows = self.offsets.windows(2).enumerate();
+        rows.flat_map(|(i, w)| self.senders[w[0] as usize..w[1] as usize].iter().map(move |&j| (i, j as usize)))
+    }
+}
+
+/// Nodes and, for every kind of [`EDGE_KINDS`] by its place there, its edges.
+#[derive(Clone, Debug, Default)]
+pub struct Graph {
+    /// Particles, tool surface samples and the floor.
+    pub nodes: Nodes,
+    /// One set per row of [`EDGE_KINDS`]; empty where the policy does not draw that kind.
+    pub edges: Vec<EdgeSet>,
+}
+
+/// Draws edges. What counts as a neighbour is a decision, so it has a name and a config.
+pub trait GraphPolicy: Send + Sync {
+    /// The graph over these particles and the tool at `poses`, having come from `before` in `interval` seconds.
+    fn connect(&self, particles: &Particles, tool: &ToolShape, before: &[Pose], poses: &[Pose], interval: f64)
+    -> Graph;
+    /// Radius of the neighbourhood \[m\]: a message fades to zero there.
+    fn reach(&self) -> f64;
+}
+
+family! {
+    /// Every graph policy that a config can name.
+    GraphSpec builds Box<dyn GraphPolicy> { Radius(radius::RadiusSpec) }
+}

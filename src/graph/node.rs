@@ -1,0 +1,66 @@
+//! The nodes of a graph: object particles, samples of the tool's surface, and the floor.
+use crate::state::{Particles, Pose, ToolShape};
+use glam::DVec3;
+
+/// Rows `[particles | tool surface samples | floor]`; only particles receive.
+#[derive(Clone, Debug, Default)]
+pub struct Nodes {
+    /// Number of particles N; the rows after them are tool samples, the last row is the floor.
+    pub particles: usize,
+    /// Positions \[m\]; the floor's row is zero, its place is below each receiver.
+    pub positions: Vec<DVec3>,
+    /// Velocities \[m/s\].
+    pub velocities: Vec<DVec3>,
+    /// Outward unit normals; zero for particles.
+    pub normals: Vec<DVec3>,
+    /// Which tool part a row belongs to; empty rows are particles and floor.
+    pub parts: Vec<Option<u32>>,
+}
+
+impl Nodes {
+    /// Gathers the nodes of a scene at one instant, the tool moving from `before` to `poses` in `interval` seconds.
+    pub fn gather(particles: &Particles, tool: &ToolShape, before: &[Pose], poses: &[Pose], interval: f64) -> Self {
+        let mut nodes = Self {
+            particles: particles.len(),
+            positions: particles.positions.clone(),
+            velocities: particles.velocities.clone(),
+            normals: vec![DVec3::ZERO; particles.len()],
+            parts: vec![None; particles.len()],
+        };
+        for (k, ((part, from), to)) in tool.parts.iter().zip(before).zip(poses).enumerate() {
+            for point in &part.surface {
+                let position = to.apply(point.position);
+                nodes.push(
+                    position,
+                    (position - from.apply(point.position)) / interval,
+                    to.rotation * point.normal,
+                    Some(k as u32),
+                );
+            }
+        }
+        nodes.push(DVec3::ZERO, DVec3::ZERO, DVec3::Z, None);
+        nodes
+    }
+
+    /// Row of the floor.
+    pub fn floor(&self) -> usize {
+        self.positions.len() - 1
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    fn push(&mut self, position: DVec3, velocity: DVec3, normal: DVec3, part: Option<u32>) {
+        self.positions.push(position);
+        self.velocities.push(velocity);
+        self.normals.push(normal);
+        self.parts.push(part);
+    }
+}

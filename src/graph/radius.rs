@@ -1,0 +1,148 @@
+//! Nodes closer than a radius, found with a cell list in O(N).
+use super::{EDGE_KINDS, EdgeSet, Graph, GraphPolicy, Nodes};
+use crate::state::{Particles, Pose, ToolShape};
+use anyhow::{Context, ensure};
+use glam::{DVec3, IVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Config of [`Radius`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RadiusSpec {
+    /// Radius of the neighbourhood \[m\].
+    #[schemars(range(min = 1e-6))]
+    pub radius: f64,
+    /// Names of the edge kinds to draw.
+    pub edges: Vec<String>,
+}
+
+impl RadiusSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Radius> {
+        ensure!(
+            self.radius > 0.0 && self.radius.is_finite(),
+            "graph.radius must be a positive length, got {}",
+            self.radius
+        );
+        let known = || EDGE_KINDS.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
+        let place = |name: &String| {
+            let found = EDGE_KINDS.iter().position(|k| k.name() == name);
+            found.with_context(|| format!("graph.edges names {name:?}; known edge kinds are {}", known()))
+        };
+        Ok(Radius { radius: self.radius, kinds: self.edges.iter().map(place).collect::<Result<_, _>>()? })
+    }
+}
+
+/// Joins every particle to the nodes within a radius.
+#[derive(Clone, Debug)]
+pub struct Radius {
+    radius: f64,
+    kinds: Vec<usize>,
+}
+
+impl GraphPolicy for Radius {
+    fn connect(
+        &self,
+        particles: &Particles,
+        tool: &ToolShape,
+        before: &[Pose],
+        poses: &[Pose],
+        interval: f64,
+    ) -> Graph {
+        let nodes = Nodes::gather(particles, tool, before, poses, interval);
+        let cells = CellList::new(&nodes.positions[..nodes.floor()], self.radius);
+        let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
+        for &kind in &self.kinds {
+            edges[kind] = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
+        }
+        Graph { nodes, edges }
+    }
+
+    fn reach(&self) -> f64 {
+        self.radius
+    }
+}
+
+/// Points binned into cubic cells as wide as the search radius; a search visits 27 cells.
+#[derive(Clone, Debug)]
+pub struct CellList {
+    origin: DVec3,
+    inverse: f64,
+    size: IVec3,
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl CellList {
+    /// Bins `points` into cells of width `radius` \[m\], widened where the cloud is so sparse that cells would outnumber it.
+    pub fn new(points: &[DVec3], radius: f64) -> Self {
+        let (low, high) =
+            points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let (low, high) =
+            if points.is_empty() || !(high - low).is_finite() { (DVec3::ZERO, DVec3::ZERO) } else { (low, high) };
+        let limit = 8.0 * points.len() as f64 + 64.0;
+        let mut width = radius;
+        while ((high - low) / width + 1.0).element_product() > limit {
+            width *= 1.5;
+        }
+        let size = ((high - low) / width).floor().as_ivec3() + 1;
+        let mut cells = Self {
+            origin: low,
+            inverse: width.recip(),
+            size,
+            starts: vec![0; size.element_product() as usize + 1],
+            members: vec![0; points.len()],
+        };
+        let of: Vec<usize> = points.iter().map(|p| cells.index(cells.coordinate(*p))).collect();
+        for &c in &of {
+            cells.starts[c + 1] += 1;
+        }
+        for c in 1..cells.starts.len() {
+            cells.starts[c] += cells.starts[c - 1];
+        }
+        let mut next = cells.starts.clone();
+        for (point, &c) in of.iter().enumerate() {
+            cells.members[next[c] as usize] = point as u32;
+            next[c] += 1;
+        }
+        cells
+    }
+
+    /// Calls `visit` with every binned point whose cell touches the one of `at`: all within the radius, and some beyond.
+    pub fn near(&self, at: DVec3, mut visit: impl FnMut(usize)) {
+        let centre = self.coordinate(at);
+        let (low, high) = ((centre - 1).max(IVec3::ZERO), (centre + 1).min(self.size - 1));
+        for z in low.z..=high.z {
+            for y in low.y..=high.y {
+                let (a, b) = (self.index(IVec3::new(low.x, y, z)), self.index(IVec3::new(high.x, y, z)));
+                self.members[self.starts[a] as usize..self.starts[b + 1] as usize]
+                    .iter()
+                    .for_each(|&m| visit(m as usize));
+            }
+        }
+    }
+
+    /// Edges into every particle from the binned nodes strictly within `radius` that `admit(receiver, sender)` accepts.
+    pub fn neighbours(&self, nodes: &Nodes, radius: f64, admit: impl Fn(usize, usize) -> bool) -> EdgeSet {
+        let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
+        for (receiver, at) in nodes.positions[..nodes.particles].iter().enumerate() {
+            let first = set.senders.len();
+            self.near(*at, |sender| {
+                if admit(receiver, sender) && nodes.positions[sender].distance_squared(*at) < radius * radius {
+                    set.senders.push(sender as u32);
+                }
+            });
+            set.senders[first..].sort_unstable();
+            set.offsets.push(set.senders.len() as u32);
+        }
+        set
+    }
+
+    fn coordinate(&self, point: DVec3) -> IVec3 {
+        ((point - self.origin) * self.inverse).floor().as_ivec3().clamp(IVec3::ZERO, self.size - 1)
+    }
+
+    fn index(&self, cell: IVec3) -> usize {
+        ((cell.z * self.size.y + cell.y) * self.size.x + cell.x) as usize
+    }
+}

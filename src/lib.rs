@@ -1,0 +1,12 @@
+//! Structured world models of deformable things.
+#[macro_use]
+mod family;
+pub mod data;
+pub mod graph;
+pub mod metric;
+pub mod model;
+pub mod planner;
+pub mod problem;
+pub mod state;
+pub mod tool;
+pub mod watch;

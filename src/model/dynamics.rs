@@ -1,0 +1,54 @@
+//! What a model's author writes.
+use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
+use rayon::prelude::*;
+
+/// How a state changes when a tool moves. A new model implements this.
+pub trait Dynamics: Send + Sync {
+    /// What the model carries from step to step: particles, a history, a latent vector.
+    type State: Clone + Send + Sync;
+
+    /// Whether this model can start from `scene`; called before any rollout.
+    ///
+    /// # Errors
+    /// A sentence saying what the scene lacks.
+    fn accepts(&self, _: &Scene) -> anyhow::Result<()> {
+        Ok(())
+    }
+
+    /// Reads an accepted scene once, at the start of a rollout.
+    fn encode(&self, scene: &Scene) -> Self::State;
+    /// Advances the state by one control interval.
+    fn step(&self, state: &Self::State, control: &Control) -> Self::State;
+    /// The particles this state stands for, in the scene's order.
+    fn decode(&self, state: &Self::State) -> Particles;
+
+    /// Advances many states at once, in parallel; every state's result is the one `step` gives.
+    fn step_batch(&self, states: &[Self::State], controls: &[&Control]) -> Vec<Self::State> {
+        states.par_iter().zip(controls).map(|(x, u)| self.step(x, u)).collect()
+    }
+
+    /// The adjoint of this model, if it has one.
+    fn adjoint(&self) -> Option<&dyn Adjoint<Self::State>> {
+        None
+    }
+
+    /// Trainable weights, flat; empty when nothing is learned.
+    fn weights(&self) -> Vec<f32> {
+        Vec::new()
+    }
+
+    /// Replaces the trainable weights by `weights`, laid out as [`Dynamics::weights`].
+    fn set_weights(&mut self, weights: &[f32]) {
+        assert!(weights.is_empty(), "a model without weights was given some");
+    }
+}
+
+/// Reverse-mode derivatives of a [`Dynamics`], one step at a time.
+pub trait Adjoint<S> {
+    /// `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`; adds `∂J/∂weights` to `weights` unless that slice is empty.
+    fn step_vjp(&self, state: &S, control: &Control, next: &[f64], weights: &mut [f32]) -> (Vec<f64>, ControlGrad);
+    /// `∂J/∂x` from `∂J/∂particles`.
+    fn decode_vjp(&self, state: &S, particles: &ParticlesGrad) -> Vec<f64>;
+    /// `∂J/∂scene` from `∂J/∂x₀`, `start` being the encoded scene.
+    fn encode_vjp(&self, start: &S, at_start: &[f64]) -> SceneGrad;
+}

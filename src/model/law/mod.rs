@@ -1,0 +1,65 @@
+//! Laws: whatever accelerates a particle. Written or learned, they look the same, and a hybrid is a list of both.
+use crate::graph::Graph;
+use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
+use glam::DVec3;
+
+/// What a law may look at.
+pub struct View<'a> {
+    /// Particles now.
+    pub particles: &'a Particles,
+    /// Their graph; for a law of [`Rate::Substep`] pruned to the laws' reach.
+    pub graph: &'a Graph,
+    /// Tool geometry.
+    pub tool: &'a ToolShape,
+    /// Pose of each part now; for a law of [`Rate::Step`], at the end of the control interval.
+    pub poses: &'a [Pose],
+    /// Velocity of each part over the control interval.
+    pub twists: &'a [Twist],
+    /// Duration of the control interval \[s\].
+    pub interval: f64,
+}
+
+/// `∂J/∂view`, and `∂J/∂weights` of the law.
+pub struct ViewGrad<'a> {
+    /// Particles' part.
+    pub particles: ParticlesGrad,
+    /// Poses' part.
+    pub poses: Vec<PoseGrad>,
+    /// Twists' part.
+    pub twists: Vec<Twist>,
+    /// The law's own weights' part, flat; empty when nobody asks.
+    pub weights: &'a mut [f32],
+}
+
+/// How often a law is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rate {
+    /// At every substep.
+    Substep,
+    /// Once a control interval, its acceleration held in between.
+    Step,
+}
+
+/// A term of the acceleration \[m/s²\].
+pub trait Law: Send + Sync {
+    /// How often to ask.
+    fn rate(&self) -> Rate {
+        Rate::Substep
+    }
+    /// Distance beyond which no particle acts on another \[m\].
+    fn reach(&self) -> f64 {
+        0.0
+    }
+    /// Adds this law's acceleration of every particle to `out`.
+    fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]);
+    /// Adds `∂J/∂view` to `grad`, from `∂J/∂acceleration`.
+    fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>);
+    /// Trainable weights, flat.
+    fn weights(&self) -> Vec<f32> {
+        Vec::new()
+    }
+    /// Replaces the weights.
+    fn set_weights(&mut self, weights: &[f32]) {
+        assert!(weights.is_empty(), "a law without weights was given some");
+    }
+}

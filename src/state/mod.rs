@@ -1,0 +1,14 @@
+//! The nouns every other module speaks: particles, rigid poses, tools in motion, rollouts, and their gradients.
+//!
+//! SI units; z points up; the table is the plane z = 0.
+mod action;
+mod particles;
+mod pose;
+mod scene;
+mod solid;
+
+pub use action::ActionSpace;
+pub use particles::{Particles, ParticlesGrad, Rollout};
+pub use pose::{Pose, PoseGrad, Twist};
+pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
+pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape, TriangleMesh};

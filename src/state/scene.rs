@@ -1,0 +1,45 @@
+//! What a model is told before it starts, and what it is told at each step.
+use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape};
+use std::sync::Arc;
+
+/// The start of a rollout: particles, and the tool where its motion begins.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Object particles.
+    pub particles: Particles,
+    /// Geometry of the tool's parts.
+    pub tool: Arc<ToolShape>,
+    /// Pose of each part at the start.
+    pub poses: Vec<Pose>,
+    /// Duration of one control step \[s\].
+    pub interval: f64,
+    /// The simulator's own state at this instant, for the models that need it (the oracle).
+    pub snapshot: Option<Snapshot>,
+}
+
+/// A simulator's state as bytes that only it can read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Snapshot(pub Arc<[u8]>);
+
+/// Where each rigid tool part stands at the end of a control interval; in between it moves at constant twist.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Control {
+    /// One pose per part.
+    pub poses: Vec<Pose>,
+}
+
+/// `∂J/∂control`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ControlGrad {
+    /// One per part.
+    pub poses: Vec<PoseGrad>,
+}
+
+/// `∂J/∂scene`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneGrad {
+    /// `∂J/∂particles`.
+    pub particles: ParticlesGrad,
+    /// `∂J/∂(start poses)`, one per part.
+    pub poses: Vec<PoseGrad>,
+}

@@ -1,0 +1,193 @@
+//! Rigid solids: signed distance with exact first and second derivatives, and surface samples.
+use glam::{DMat3, DVec3};
+use parry3d::query::PointQuery;
+use parry3d::shape::{FeatureId, TriMesh, TriMeshFlags};
+use std::sync::Arc;
+
+/// The geometry of a tool: rigid parts, each in its own frame.
+#[derive(Clone, Debug)]
+pub struct ToolShape {
+    /// At least one part.
+    pub parts: Vec<Part>,
+}
+
+/// One rigid part: the solid that collides, and points on its surface that a graph can join.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// What collides.
+    pub solid: Solid,
+    /// Samples of its surface, in the part's frame.
+    pub surface: Vec<SurfacePoint>,
+}
+
+/// A point of a surface and its outward unit normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Position \[m\].
+    pub position: DVec3,
+    /// Outward unit normal.
+    pub normal: DVec3,
+}
+
+/// A closed solid centred in its own frame.
+#[derive(Clone, Debug)]
+pub enum Solid {
+    /// A box with half extents \[m\].
+    Cuboid {
+        /// Half extents \[m\].
+        half: DVec3,
+    },
+    /// A cylinder along the local y axis.
+    Cylinder {
+        /// Radius \[m\].
+        radius: f64,
+        /// Half of its length \[m\].
+        half_length: f64,
+    },
+    /// A triangle mesh.
+    Mesh(Arc<TriangleMesh>),
+}
+
+/// A closed, outward-oriented triangle mesh.
+#[derive(Clone, Debug)]
+pub struct TriangleMesh {
+    /// Vertices \[m\].
+    pub vertices: Vec<DVec3>,
+    /// Corners of each triangle, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    query: TriMesh,
+}
+
+/// The signed distance field at one point.
+#[derive(Clone, Copy, Debug)]
+pub struct Projection {
+    /// d \[m\]: negative inside.
+    pub distance: f64,
+    /// ∇d, the outward unit normal.
+    pub normal: DVec3,
+    /// ∇²d \[1/m\], zero opposite a flat face.
+    pub curvature: DMat3,
+}
+
+impl TriangleMesh {
+    /// A mesh from its vertices and triangles.
+    ///
+    /// # Errors
+    /// When there is no triangle, an index is out of range, or a vertex is not finite.
+    pub fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> anyhow::Result<Self> {
+        anyhow::ensure!(!triangles.is_empty(), "a mesh needs at least one triangle");
+        anyhow::ensure!(vertices.iter().all(|v| v.is_finite()), "a mesh vertex is not a finite number");
+        let count = vertices.len();
+        anyhow::ensure!(
+            triangles.iter().flatten().all(|&i| (i as usize) < count),
+            "a triangle names a vertex that is not there"
+        );
+        let points = vertices.iter().map(|v| v.as_vec3()).collect();
+        let query = TriMesh::with_flags(
+            points,
+            triangles.clone(),
+            TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES,
+        )
+        .map_err(|e| anyhow::anyhow!("the mesh cannot be used as a solid: {e}"))?;
+        Ok(Self { vertices, triangles, query })
+    }
+}
+
+impl Solid {
+    /// Signed distance, normal and curvature at `point` in the solid's frame (Quilez's exact distances; parry for meshes).
+    pub fn project(&self, point: DVec3) -> Projection {
+        match self {
+            Self::Cuboid { half } => cuboid(*half, point),
+            Self::Cylinder { radius, half_length } => cylinder(*radius, *half_length, point),
+            Self::Mesh(mesh) => mesh.project(point),
+        }
+    }
+
+    /// Half extents of the axis-aligned box around the frame's origin that holds the solid \[m\].
+    pub fn half_extents(&self) -> DVec3 {
+        match self {
+            Self::Cuboid { half } => *half,
+            Self::Cylinder { radius, half_length } => DVec3::new(*radius, *half_length, *radius),
+            Self::Mesh(mesh) => mesh.vertices.iter().fold(DVec3::ZERO, |m, v| m.max(v.abs())),
+        }
+    }
+}
+
+/// The field around the nearest point when `outside` spans the directions in which that point is free to follow.
+fn rounded(offset: DVec3, free: DMat3) -> Projection {
+    let distance = offset.length();
+    let normal = offset / distance;
+    let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
+    Projection { distance, normal, curvature: (free - outer) * distance.recip() }
+}
+
+fn flat(distance: f64, normal: DVec3) -> Projection {
+    Projection { distance, normal, curvature: DMat3::ZERO }
+}
+
+fn cuboid(half: DVec3, point: DVec3) -> Projection {
+    let sign = DVec3::ONE.copysign(point);
+    let excess = point.abs() - half;
+    if excess.max_element() <= 0.0 {
+        let axis = if excess.x >= excess.y.max(excess.z) {
+            DVec3::X
+        } else if excess.y >= excess.z {
+            DVec3::Y
+        } else {
+            DVec3::Z
+        };
+        return flat(excess.max_element(), axis * sign);
+    }
+    let outside = excess.max(DVec3::ZERO);
+    let free = DMat3::from_diagonal(DVec3::select(excess.cmpgt(DVec3::ZERO), DVec3::ONE, DVec3::ZERO));
+    rounded(outside * sign, free)
+}
+
+fn cylinder(radius: f64, half_length: f64, point: DVec3) -> Projection {
+    let flat_point = DVec3::new(point.x, 0.0, point.z);
+    let axial = flat_point.length();
+    let side = if axial > 0.0 { flat_point / axial } else { DVec3::X };
+    let up = DVec3::Y.copysign(DVec3::splat(point.y)) * DVec3::Y;
+    let (past_side, past_end) = (axial - radius, point.y.abs() - half_length);
+    // Turning about the axis carries the nearest side point along: a curvature of 1/axial in that direction.
+    let around = side.cross(DVec3::Y);
+    let turning = DMat3::from_cols(around * around.x, around * around.y, around * around.z) * axial.max(1e-12).recip();
+    if past_side <= 0.0 && past_end <= 0.0 || past_side.min(past_end) <= 0.0 {
+        return if past_end > past_side {
+            flat(past_end, up)
+        } else {
+            Projection { distance: past_side, normal: side, curvature: turning }
+        };
+    }
+    let offset = past_side * side + past_end * up;
+    let plane = DMat3::from_cols(side * side.x, side * side.y, side * side.z) + DMat3::from_diagonal(DVec3::Y);
+    let mut field = rounded(offset, plane);
+    field.curvature += turning * (past_side / field.distance);
+    field
+}
+
+impl TriangleMesh {
+    fn project(&self, point: DVec3) -> Projection {
+        let (nearest, feature) = self.query.project_local_point_and_get_feature(point.as_vec3());
+        let offset = point - nearest.point.as_dvec3();
+        let sign = if nearest.is_inside { -1.0 } else { 1.0 };
+        let triangle = match feature {
+            FeatureId::Face(i) => Some(i as usize % self.query.indices().len()),
+            _ => None,
+        };
+        if let Some(i) = triangle
+            && let [a, b, c] = self.query.indices()[i].map(|v| self.query.vertices()[v as usize].as_dvec3())
+            && let Some(normal) = (b - a).cross(c - a).try_normalize()
+            && offset.reject_from(normal).length() <= 1e-5 * (1.0 + offset.length())
+        {
+            return flat(offset.dot(normal), normal);
+        }
+        if offset.length() < 1e-9 {
+            return flat(0.0, DVec3::Z);
+        }
+        let mut field = rounded(offset, DMat3::IDENTITY);
+        (field.distance, field.normal, field.curvature) =
+            (sign * field.distance, sign * field.normal, sign * field.curvature);
+        field
+    }
+}

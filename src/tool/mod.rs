@@ -1,0 +1,72 @@
+//! Tools: a rigid shape, and the motion primitive that turns a few numbers into a path.
+use crate::state::{ActionSpace, Control, ControlGrad, Particles, Pose, PoseGrad, ToolShape};
+use glam::{DQuat, DVec3};
+use std::sync::Arc;
+
+/// What a tool's primitive needs to know of the material it is aimed at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workpiece {
+    /// Middle of the particles' bounding box in the table plane (x, y), z = 0 \[m\].
+    pub centre: DVec3,
+    /// Half extents of that box in x and y, full height in z \[m\].
+    pub extent: DVec3,
+}
+
+impl Workpiece {
+    /// The bounding box of `particles`, standing on the table.
+    pub fn around(particles: &Particles) -> Self {
+        let (low, high) =
+            particles.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+        let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
+        Self { centre: middle.with_z(0.0), extent: half.with_z(high.z) }
+    }
+}
+
+/// A path of rigid tool parts: where they start, and where they stand after each control step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Start pose of each part, clear of the workpiece.
+    pub start: Vec<Pose>,
+    /// One control per step.
+    pub controls: Vec<Control>,
+}
+
+/// A rigid tool and its motion primitive: θ in a box becomes a path.
+pub trait Tool: Send + Sync {
+    /// Geometry, shared by the world, models and perception.
+    fn shape(&self) -> &Arc<ToolShape>;
+    /// The box that θ lives in, for this workpiece.
+    fn space(&self, piece: &Workpiece) -> ActionSpace;
+    /// The path that θ describes, in `steps` control steps.
+    fn motion(&self, theta: &[f64], piece: &Workpiece, steps: usize) -> Motion;
+
+    /// `∂J/∂θ` from `∂J/∂(controls)` and `∂J/∂(start)`, by central differences of the path, which costs no rollout.
+    fn motion_vjp(&self, theta: &[f64], piece: &Workpiece, start: &[PoseGrad], controls: &[ControlGrad]) -> Vec<f64> {
+        let space = self.space(piece);
+        (0..theta.len())
+            .map(|i| {
+                let h = 1e-5 * (space.high[i] - space.low[i]).max(1e-6);
+                let nudge = |h: f64| {
+                    let mut theta = theta.to_vec();
+                    theta[i] += h;
+                    self.motion(&theta, piece, controls.len())
+                };
+                let (minus, plus) = (nudge(-h), nudge(h));
+                let work = |a: &[Pose], b: &[Pose], g: &[PoseGrad]| -> f64 {
+                    let turn = |a: &DQuat, b: &DQuat| (*b * a.inverse()).to_scaled_axis();
+                    a.iter()
+                        .zip(b)
+                        .zip(g)
+                        .map(|((a, b), g)| {
+                            (b.translation - a.translation).dot(g.translation)
+                                + turn(&a.rotation, &b.rotation).dot(g.rotation)
+                        })
+                        .sum()
+                };
+                let path = minus.controls.iter().zip(&plus.controls).zip(controls);
+                let along: f64 = path.map(|((a, b), g)| work(&a.poses, &b.poses, &g.poses)).sum();
+                (along + work(&minus.start, &plus.start, start)) / (2.0 * h)
+            })
+            .collect()
+    }
+}
