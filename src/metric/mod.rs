@@ -1,5 +1,20 @@
-//! Numbers that compare an achieved shape with a goal.
+//! Numbers that compare an achieved shape with a goal, and the costs that pull a rollout toward one.
 use glam::DVec3;
+
+mod assignment;
+mod chamfer;
+mod cost;
+mod emd;
+mod nearest;
+mod rmse;
+mod weighted;
+
+pub use assignment::EMD_LIMIT;
+pub use chamfer::{Chamfer, ChamferSpec};
+pub use cost::{CostSpec, GoalCost, ShapeLoss};
+pub use emd::{Emd, EmdSpec};
+pub use rmse::MatchedRmse;
+pub use weighted::{Weighted, WeightedSpec};
 
 /// A scalar on two point clouds \[m\], or on two matched particle lists.
 pub trait Metric: Sync {
@@ -7,7 +22,8 @@ pub trait Metric: Sync {
     fn name(&self) -> &'static str;
     /// Unit, for the table.
     fn unit(&self) -> &'static str;
-    /// The number, or `None` where the metric is not defined for these clouds (no correspondence, too large).
+    /// The number; `∞` when a coordinate is not finite, `None` where the metric is not defined for these clouds (one is
+    /// empty, or no correspondence).
     fn evaluate(&self, achieved: &[DVec3], goal: &[DVec3], matched: Matching) -> Option<f64>;
 }
 
@@ -18,4 +34,85 @@ pub enum Matching {
     Matched,
     /// Two samplings of shapes.
     Unmatched,
+}
+
+/// Every metric, in the order of the tables' columns.
+pub static METRICS: &[&dyn Metric] = &[&Chamfer, &Emd, &MatchedRmse];
+
+/// What `metric` says of two samplings of the same shape: no model can be told from a perfect one below this number.
+///
+/// `None` where the metric needs correspondence, which two samplings do not have.
+pub fn sampling_floor(metric: &dyn Metric, first: &[DVec3], second: &[DVec3]) -> Option<f64> {
+    metric.evaluate(first, second, Matching::Unmatched)
+}
+
+fn is_finite(points: &[DVec3]) -> bool {
+    points.iter().all(|p| p.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::stream;
+    use rand::Rng;
+
+    pub(super) fn cloud(count: usize, purpose: u64) -> Vec<DVec3> {
+        let mut rng = stream(1, &[purpose]);
+        (0..count).map(|_| DVec3::from_array(rng.random())).collect()
+    }
+
+    #[test]
+    fn every_metric_is_zero_on_itself_symmetric_and_moves_no_further_than_the_cloud() {
+        let (a, b) = (cloud(60, 1), cloud(60, 2));
+        let shift = DVec3::new(0.03, -0.04, 0.12);
+        let moved: Vec<DVec3> = a.iter().map(|p| *p + shift).collect();
+        for metric in METRICS {
+            let on = |x: &[DVec3], y: &[DVec3]| metric.evaluate(x, y, Matching::Matched).unwrap();
+            assert_eq!(on(&a, &a), 0.0, "{}", metric.name());
+            assert!((on(&a, &b) - on(&b, &a)).abs() < 1e-14, "{}", metric.name());
+            // Chamfer is the sum of two directions, each of which a translation moves by at most its length.
+            let directions = if metric.name() == Chamfer.name() { 2.0 } else { 1.0 };
+            let distance = on(&a, &moved);
+            assert!(distance > 0.0 && distance <= directions * shift.length() + 1e-12, "{}", metric.name());
+        }
+        let emd = Emd.evaluate(&a, &moved, Matching::Unmatched).unwrap();
+        assert!((emd - shift.length()).abs() < 1e-12, "a translation is its own optimal transport: {emd}");
+    }
+
+    #[test]
+    fn half_of_chamfer_is_at_most_emd_which_is_at_most_the_matched_error() {
+        for purpose in 0..20 {
+            let (a, b) = (cloud(40, purpose), cloud(40, 100 + purpose));
+            let value = |metric: &dyn Metric| metric.evaluate(&a, &b, Matching::Matched).unwrap();
+            assert!(value(&Chamfer) / 2.0 <= value(&Emd) + 1e-12);
+            assert!(value(&Emd) <= value(&MatchedRmse) + 1e-12);
+        }
+    }
+
+    #[test]
+    fn clouds_that_are_not_finite_are_infinitely_far_and_empty_ones_have_no_distance() {
+        let good = cloud(9, 3);
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut broken = good.clone();
+            broken[4].y = bad;
+            for metric in METRICS {
+                assert_eq!(metric.evaluate(&broken, &good, Matching::Matched), Some(f64::INFINITY));
+                assert_eq!(metric.evaluate(&good, &broken, Matching::Matched), Some(f64::INFINITY));
+            }
+        }
+        for metric in METRICS {
+            assert_eq!(metric.evaluate(&[], &good, Matching::Unmatched), None);
+            assert_eq!(metric.evaluate(&good, &[], Matching::Unmatched), None);
+        }
+    }
+
+    #[test]
+    fn the_sampling_floor_falls_as_samples_grow_and_needs_no_correspondence() {
+        let floor = |metric: &dyn Metric, n| sampling_floor(metric, &cloud(n, 5), &cloud(n, 6));
+        for metric in [&Chamfer as &dyn Metric, &Emd] {
+            assert!(floor(metric, 400).unwrap() < floor(metric, 50).unwrap(), "{}", metric.name());
+            assert!(floor(metric, 400).unwrap() > 0.0);
+        }
+        assert_eq!(floor(&MatchedRmse, 50), None);
+    }
 }

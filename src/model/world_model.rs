@@ -1,6 +1,8 @@
 //! What everyone but a model's author holds: rollouts and their gradients, written once for every [`Dynamics`].
 use super::Dynamics;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
+use crate::tool::Motion;
+use rayon::prelude::*;
 
 /// A scalar cost on a rollout's states, `J = Σₜ ℓₜ(xₜ)`, with its derivative.
 pub trait Cost: Sync {
@@ -37,8 +39,8 @@ pub trait WorldModel: Send + Sync {
     fn accepts(&self, scene: &Scene) -> anyhow::Result<()>;
     /// The states that follow `scene` under `controls`, the start included.
     fn rollout(&self, scene: &Scene, controls: &[Control]) -> Rollout;
-    /// One rollout per candidate; candidates have equal lengths.
-    fn rollouts(&self, scene: &Scene, candidates: &[Vec<Control>]) -> Vec<Rollout>;
+    /// One rollout per motion, each from `scene` with the tool at that motion's start; motions have equal lengths.
+    fn rollouts(&self, scene: &Scene, motions: &[Motion]) -> Vec<Rollout>;
     /// J and `∂J/∂u`, or `None` when the model has no adjoint.
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
     /// J, `∂J/∂u` and `∂J/∂weights`, or `None` when the model has no adjoint.
@@ -64,12 +66,13 @@ impl<D: Dynamics> WorldModel for D {
         rollout
     }
 
-    fn rollouts(&self, scene: &Scene, candidates: &[Vec<Control>]) -> Vec<Rollout> {
-        let horizon = candidates.first().map_or(0, Vec::len);
-        let mut states = vec![self.encode(scene); candidates.len()];
+    fn rollouts(&self, scene: &Scene, motions: &[Motion]) -> Vec<Rollout> {
+        let horizon = motions.first().map_or(0, |m| m.controls.len());
+        let start = |motion: &Motion| self.encode(&Scene { poses: motion.start.clone(), ..scene.clone() });
+        let mut states: Vec<D::State> = motions.par_iter().map(start).collect();
         let mut rollouts: Vec<Rollout> = states.iter().map(|x| vec![self.decode(x)]).collect();
         for t in 0..horizon {
-            let controls: Vec<_> = candidates.iter().map(|c| &c[t]).collect();
+            let controls: Vec<_> = motions.iter().map(|m| &m.controls[t]).collect();
             states = self.step_batch(&states, &controls);
             for (rollout, x) in rollouts.iter_mut().zip(&states) {
                 rollout.push(self.decode(x));

@@ -2,6 +2,15 @@
 use crate::state::ActionSpace;
 use rand_chacha::ChaCha8Rng;
 
+mod best;
+mod cem;
+mod descent;
+mod sampler;
+
+pub use cem::{Cem, CemSpec};
+pub use descent::{Descent, DescentSpec};
+pub use sampler::Sampler;
+
 /// What a planner minimises.
 pub trait Objective: Sync {
     /// The box that plans live in.
@@ -10,6 +19,16 @@ pub trait Objective: Sync {
     fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64>;
     /// Cost and gradient, or `None` when there is no gradient or no budget.
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)>;
+
+    /// Costs and gradients of many plans at once, each as [`Objective::gradient`] gives it.
+    fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
+        plans.iter().map(|plan| self.gradient(plan)).collect()
+    }
+
+    /// Whether no further plan will be costed, so that the planner must return the best it has.
+    fn exhausted(&self) -> bool {
+        false
+    }
 }
 
 /// The best plan a planner found.
@@ -25,4 +44,16 @@ pub struct Plan {
 pub trait Planner: Send + Sync {
     /// The best plan found, or `None` when the objective lacks what this planner needs or no plan has a finite cost.
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan>;
+}
+
+family! {
+    /// Every planner that a config can name.
+    PlannerSpec builds Box<dyn Planner> { Cem(CemSpec), Descent(DescentSpec) }
+}
+
+/// The plan at fractions `unit` of the box, inside it to the last bit.
+fn within(space: &ActionSpace, unit: &[f64]) -> Vec<f64> {
+    let mut theta = space.at(unit);
+    space.clamp(&mut theta);
+    theta
 }

@@ -6,9 +6,11 @@ mod particles;
 mod pose;
 mod scene;
 mod solid;
+mod stream;
 
 pub use action::ActionSpace;
 pub use particles::{Particles, ParticlesGrad, Rollout};
 pub use pose::{Pose, PoseGrad, Twist};
 pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
 pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape, TriangleMesh};
+pub use stream::stream;

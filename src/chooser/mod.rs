@@ -1,0 +1,126 @@
+//! Which tool to use next.
+use crate::model::{Cost, WorldModel};
+use crate::planner::{Plan, Planner};
+use crate::problem::{Budget, Clock, Metered, Problem, Spent};
+use crate::state::{Pose, Scene, ToolShape, stream};
+use crate::tool::{Motion, Tool, Workpiece};
+use anyhow::Context;
+use indexmap::IndexMap;
+use std::sync::Arc;
+
+mod exhaustive;
+
+pub use exhaustive::{Exhaustive, ExhaustiveSpec};
+
+/// First word of every stream that planning draws from.
+const PLANNING: u64 = u64::from_le_bytes(*b"planning");
+
+/// One decision to take: which tool, and which of its actions, brings the scene nearest to the goal.
+pub struct Task<'a> {
+    /// What predicts.
+    pub model: &'a dyn WorldModel,
+    /// What may be used; their order decides ties and random streams.
+    pub tools: &'a IndexMap<String, Box<dyn Tool>>,
+    /// The present scene with a tool of this shape at these poses.
+    pub scene: &'a dyn Fn(&Arc<ToolShape>, &[Pose]) -> Scene,
+    /// The material that the tools are aimed at.
+    pub piece: Workpiece,
+    /// What is minimised.
+    pub cost: &'a dyn Cost,
+    /// Control steps of one action.
+    pub steps: usize,
+    /// What searches each tool's actions.
+    pub planner: &'a dyn Planner,
+    /// What the search of **each** tool may spend.
+    pub budget: Budget,
+    /// What measures the budget's seconds.
+    pub clock: Clock<'a>,
+    /// Seed of the whole experiment.
+    pub seed: u64,
+    /// Number of this action in its episode, from 0.
+    pub action: u64,
+}
+
+/// What the search of one tool found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// The tool's name.
+    pub tool: String,
+    /// Its best plan and the path of that plan; `None` when the planner found none.
+    pub found: Option<(Plan, Motion)>,
+    /// What the search cost.
+    pub spent: Spent,
+}
+
+/// A decision and what was weighed for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// Every tool that was planned, in the order of the task's tools.
+    pub alternatives: Vec<Alternative>,
+    /// Which of them has the least predicted cost, ties going to the first; `None` when none has a plan.
+    pub chosen: Option<usize>,
+}
+
+impl Choice {
+    /// Name, plan and path of the chosen tool.
+    pub fn best(&self) -> Option<(&str, &Plan, &Motion)> {
+        let chosen = &self.alternatives[self.chosen?];
+        chosen.found.as_ref().map(|(plan, motion)| (chosen.tool.as_str(), plan, motion))
+    }
+
+    /// What all searches cost together.
+    pub fn spent(&self) -> Spent {
+        self.alternatives.iter().fold(Spent::default(), |mut sum, a| {
+            sum += a.spent;
+            sum
+        })
+    }
+}
+
+/// Chooses a tool: some are planned, and the best predicted cost wins.
+pub trait Chooser: Send + Sync {
+    /// Places in `task.tools` of those worth planning, ascending.
+    fn shortlist(&self, task: &Task<'_>) -> Vec<usize>;
+
+    /// Plans every tool of the shortlist and takes the best.
+    ///
+    /// # Errors
+    /// When a tool's problem cannot be posed, naming the tool.
+    fn choose(&self, task: &Task<'_>) -> anyhow::Result<Choice> {
+        let alternatives =
+            self.shortlist(task).into_iter().map(|i| task.plan(i)).collect::<anyhow::Result<Vec<_>>>()?;
+        let cost = |i: usize| alternatives[i].found.as_ref().map(|(plan, _)| plan.cost);
+        let planned = (0..alternatives.len()).filter_map(|i| Some((i, cost(i)?)));
+        let chosen = planned.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
+        Ok(Choice { alternatives, chosen })
+    }
+}
+
+family! {
+    /// Every chooser that a config can name.
+    ChooserSpec builds Box<dyn Chooser> { Exhaustive(ExhaustiveSpec) }
+}
+
+impl Task<'_> {
+    /// Searches the actions of the tool at `place` with a random stream of (seed, action, place): never of the model, so that
+    /// every model is offered the same samples.
+    ///
+    /// # Errors
+    /// When the tool's problem cannot be posed, naming the tool.
+    fn plan(&self, place: usize) -> anyhow::Result<Alternative> {
+        let (name, tool) = self.tools.get_index(place).context("the chooser shortlists a tool that is not there")?;
+        let space = tool.space(&self.piece);
+        let start = tool.motion(&space.at(&vec![0.5; space.dimension()]), &self.piece, self.steps).start;
+        let scene = (self.scene)(tool.shape(), &start);
+        let problem = Problem::new(self.model, tool.as_ref(), scene, self.piece, self.cost, self.steps)
+            .with_context(|| format!("tool {name} cannot be planned"))?;
+        let metered = Metered::new(&problem, self.budget, self.clock);
+        let plan = self.planner.plan(&metered, &mut stream(self.seed, &[PLANNING, self.action, place as u64]));
+        let spent = metered.spent();
+        let found = plan.map(|plan| {
+            let motion = problem.motion(&plan.theta);
+            (plan, motion)
+        });
+        Ok(Alternative { tool: name.clone(), found, spent })
+    }
+}

@@ -1,0 +1,149 @@
+//! Projected gradient descent with Adam's scaling, from several starts at once.
+use super::best::Best;
+use super::{Objective, Plan, Planner, within};
+use anyhow::ensure;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Config of [`Descent`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DescentSpec {
+    /// Plans costed without gradient first, the middle of the box among them.
+    #[schemars(range(min = 1))]
+    pub candidates: usize,
+    /// Plans that descend: the middle of the box, and the cheapest other candidates.
+    #[schemars(range(min = 1))]
+    pub starts: usize,
+    /// Most steps of each start.
+    #[schemars(range(min = 1))]
+    pub steps: usize,
+    /// Length of the first step along each coordinate \[fraction of the box\].
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub rate: f64,
+    /// Length of the last step; the lengths between fall geometrically \[fraction of the box\].
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub last_rate: f64,
+    /// Decay of the running mean of gradients (Adam's β₁).
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub momentum: f64,
+    /// Decay of the running mean of squared gradients (Adam's β₂).
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub memory: f64,
+}
+
+impl DescentSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Descent> {
+        let Self { candidates, starts, steps, rate, last_rate, .. } = self;
+        ensure!(starts >= 1, "planner.starts must be at least 1");
+        ensure!(
+            candidates >= starts,
+            "planner.candidates = {candidates} is less than planner.starts = {starts}: every start is a candidate"
+        );
+        ensure!(steps >= 1, "planner.steps must be at least 1");
+        ensure!(rate > 0.0 && rate <= 1.0, "planner.rate must lie in (0, 1], got {rate}");
+        ensure!(
+            last_rate > 0.0 && last_rate <= rate,
+            "planner.last_rate must lie in (0, planner.rate = {rate}], got {last_rate}"
+        );
+        for (key, value) in [("momentum", self.momentum), ("memory", self.memory)] {
+            ensure!((0.0..1.0).contains(&value), "planner.{key} must lie in [0, 1), got {value}");
+        }
+        Ok(Descent { spec: self })
+    }
+}
+
+/// `u ← clamp(u − rate · m̂ / √v̂)` over fractions u of the box, m̂ and v̂ Adam's means of `∂J/∂u` (Kingma & Ba 2015, alg. 1).
+///
+/// All starts advance together, so that a budget which ends early is shared between them; the best plan seen wins.
+#[derive(Clone, Debug)]
+pub struct Descent {
+    spec: DescentSpec,
+}
+
+/// One start on its way down.
+struct Walker {
+    unit: Vec<f64>,
+    mean: Vec<f64>,
+    square: Vec<f64>,
+}
+
+impl Planner for Descent {
+    fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
+        let (space, spec) = (objective.space(), &self.spec);
+        let width: Vec<f64> = space.low.iter().zip(&space.high).map(|(low, high)| high - low).collect();
+        let middle = vec![0.5; space.dimension()];
+        // Asked before any rollout is spent, and kept for the middle's own first step.
+        let mut known = vec![Some(objective.gradient(&within(space, &middle))?)];
+        let mut best = Best::default();
+        let mut walkers = vec![Walker::at(middle)];
+        walkers.extend(self.others(objective, &mut best, rng).into_iter().map(Walker::at));
+        for step in 0..spec.steps {
+            let plans = places(&walkers, objective);
+            let mut answers = std::mem::take(&mut known);
+            answers.extend(objective.gradients(&plans[answers.len()..]));
+            let progress = step as f64 / (spec.steps - 1).max(1) as f64;
+            let rate = spec.rate * (spec.last_rate / spec.rate).powf(progress);
+            let mut answers = answers.into_iter().zip(&plans);
+            walkers.retain_mut(|walker| {
+                let Some((Some((cost, gradient)), plan)) = answers.next() else { return false };
+                best.see(plan, cost);
+                let slope: Vec<f64> = gradient.iter().zip(&width).map(|(g, w)| g * w).collect();
+                cost.is_finite() && slope.iter().all(|s| s.is_finite()) && walker.step(&slope, step, rate, spec)
+            });
+        }
+        let ends = places(&walkers, objective);
+        objective.costs(&ends).iter().zip(&ends).for_each(|(cost, plan)| best.see(plan, *cost));
+        best.into_plan()
+    }
+}
+
+impl Descent {
+    /// Starts beside the middle of the box; candidates are costed only where there is a choice between them.
+    fn others(&self, objective: &dyn Objective, best: &mut Best, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+        let (space, count) = (objective.space(), self.spec.starts - 1);
+        let mut drawn: Vec<Vec<f64>> =
+            (1..self.spec.candidates).map(|_| (0..space.dimension()).map(|_| rng.random::<f64>()).collect()).collect();
+        if drawn.len() > count && count > 0 {
+            let plans: Vec<_> = drawn.iter().map(|u| within(space, u)).collect();
+            let costs = objective.costs(&plans);
+            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+            let mut order: Vec<usize> = (0..drawn.len()).filter(|&i| costs[i].is_finite()).collect();
+            order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+            drawn = order.iter().map(|&i| drawn[i].clone()).collect();
+        }
+        drawn.truncate(count);
+        drawn
+    }
+}
+
+fn places(walkers: &[Walker], objective: &dyn Objective) -> Vec<Vec<f64>> {
+    walkers.iter().map(|w| within(objective.space(), &w.unit)).collect()
+}
+
+impl Walker {
+    fn at(unit: Vec<f64>) -> Self {
+        Self { mean: vec![0.0; unit.len()], square: vec![0.0; unit.len()], unit }
+    }
+
+    /// Moves along `slope` = ∂J/∂u; `false` where every coordinate is flat or pushed against its bound, as nothing lies further.
+    fn step(&mut self, slope: &[f64], step: usize, rate: f64, spec: &DescentSpec) -> bool {
+        let held = |(u, s): (&f64, &f64)| *s == 0.0 || *u <= 0.0 && *s > 0.0 || *u >= 1.0 && *s < 0.0;
+        if self.unit.iter().zip(slope).all(held) {
+            return false;
+        }
+        let unbiased = |decay: f64| 1.0 - decay.powi(step as i32 + 1);
+        for (axis, s) in slope.iter().enumerate() {
+            self.mean[axis] += (1.0 - spec.momentum) * (s - self.mean[axis]);
+            self.square[axis] += (1.0 - spec.memory) * (s * s - self.square[axis]);
+            let scale = (self.square[axis] / unbiased(spec.memory)).sqrt();
+            if scale > 0.0 {
+                let move_by = rate * self.mean[axis] / unbiased(spec.momentum) / scale;
+                self.unit[axis] = (self.unit[axis] - move_by).clamp(0.0, 1.0);
+            }
+        }
+        true
+    }
+}

@@ -1,0 +1,37 @@
+//! Planners that draw samples and move a distribution: one loop for all of them.
+use super::best::Best;
+use super::{Objective, Plan, Planner, within};
+use rand_chacha::ChaCha8Rng;
+
+/// What tells one sampling planner from another. Samples are fractions of the box: `0` its low end, `1` its high end.
+pub trait Sampler: Send + Sync {
+    /// Parameters of the distribution.
+    type Params;
+    /// The distribution to begin with, over `dimension` coordinates; its samples must not depend on any cost.
+    fn init(&self, dimension: usize) -> Self::Params;
+    /// Draws the samples of a round, counted from 0; they are moved into the box before they are costed.
+    fn sample(&self, params: &Self::Params, round: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>>;
+    /// Moves the distribution toward cheap samples; a cost is a finite number or `∞`.
+    fn update(&self, params: Self::Params, samples: &[Vec<f64>], costs: &[f64]) -> Self::Params;
+    /// Whether to stop, given the least cost seen by the end of each round so far.
+    fn done(&self, least: &[f64]) -> bool;
+}
+
+impl<S: Sampler> Planner for S {
+    fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
+        let space = objective.space();
+        let mut params = self.init(space.dimension());
+        let (mut best, mut least) = (Best::default(), Vec::new());
+        while !self.done(&least) && !objective.exhausted() {
+            let mut samples = self.sample(&params, least.len(), rng);
+            samples.iter_mut().flatten().for_each(|u| *u = u.clamp(0.0, 1.0));
+            let plans: Vec<_> = samples.iter().map(|u| within(space, u)).collect();
+            let finite = |cost: f64| if cost.is_finite() { cost } else { f64::INFINITY };
+            let costs: Vec<f64> = objective.costs(&plans).into_iter().map(finite).collect();
+            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+            least.push(best.cost());
+            params = self.update(params, &samples, &costs);
+        }
+        best.into_plan()
+    }
+}

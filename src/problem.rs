@@ -1,1 +1,0 @@
-//! A planning problem.
