@@ -1,6 +1,7 @@
 //! Structured world models of deformable things.
 #[macro_use]
 mod family;
+pub mod config;
 pub mod data;
 pub mod graph;
 pub mod metric;
