@@ -2,6 +2,7 @@
 #[macro_use]
 mod family;
 pub mod chooser;
+pub mod config;
 pub mod data;
 pub mod graph;
 pub mod metric;
