@@ -3,7 +3,17 @@
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
 mod dynamics;
 pub mod law;
+pub mod particles;
+pub mod still;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
 pub use world_model::{Cost, Gradient, WorldModel};
+
+family! {
+    /// Every model that a config can name.
+    ModelSpec builds Box<dyn WorldModel> {
+        Particles(particles::ParticlesSpec),
+        Still(still::StillSpec),
+    }
+}
