@@ -5,6 +5,7 @@ mod dynamics;
 pub mod law;
 pub mod particles;
 pub mod still;
+pub mod net;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};

@@ -11,6 +11,9 @@ pub mod gravity;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
+mod learned;
+
+pub use learned::{Learned, LearnedSpec};
 
 /// What a law may look at.
 pub struct View<'a> {
