@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn a_window_starts_where_the_tool_stands_and_ends_with_its_last_target() {
         let (episode, tools) = (episode(), tools());
-        let list: Vec<_> = [episode];
+        let list = [episode];
         let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
         assert_eq!(windows.len(), 5);
         for (t, window) in windows.iter().enumerate() {
