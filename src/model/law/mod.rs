@@ -3,6 +3,10 @@ use crate::graph::Graph;
 use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
 use glam::DVec3;
 
+mod learned;
+
+pub use learned::{Learned, LearnedSpec};
+
 /// What a law may look at.
 pub struct View<'a> {
     /// Particles now.

@@ -1,0 +1,125 @@
+//! A network as a law: what moves a particle beyond what anyone wrote down.
+use super::{Law, Rate, View, ViewGrad};
+use crate::graph::EDGE_KINDS;
+use crate::model::net::{Architecture, Features, Network, Sharing};
+use anyhow::{Context, ensure};
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Config of [`Learned`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedSpec {
+    /// Width of every hidden layer.
+    #[schemars(range(min = 1, max = 1024))]
+    pub width: usize,
+    /// Rounds of message passing.
+    #[schemars(range(min = 1, max = 16))]
+    pub rounds: usize,
+    /// Whether rounds share weights.
+    pub sharing: Sharing,
+    /// Names of the edge kinds that carry messages.
+    pub edges: Vec<String>,
+    /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
+    #[schemars(range(min = 1e-6))]
+    pub radius: f64,
+    /// Displacement in a control step that counts as one, for velocities and for the output \[m\].
+    #[schemars(range(min = 1e-9))]
+    pub scale: f64,
+    /// Seed of the untrained weights.
+    pub seed: u64,
+    /// File of trained weights (safetensors).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weights: Option<PathBuf>,
+}
+
+impl LearnedSpec {
+    /// The law, with the weights of the file or untrained.
+    ///
+    /// # Errors
+    /// A sentence naming the impossible key, or what is wrong with the file of weights.
+    pub fn build(self) -> anyhow::Result<Learned> {
+        ensure!((1..=1024).contains(&self.width), "width must be between 1 and 1024, got {}", self.width);
+        ensure!((1..=16).contains(&self.rounds), "rounds must be between 1 and 16, got {}", self.rounds);
+        for (key, value) in [("radius", self.radius), ("scale", self.scale)] {
+            ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
+        }
+        let known = || EDGE_KINDS.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
+        let place = |name: &String| {
+            let found = EDGE_KINDS.iter().position(|k| k.name() == name);
+            found.with_context(|| format!("edges names {name:?}; known edge kinds are {}", known()))
+        };
+        let kinds: Vec<_> = self.edges.iter().map(place).collect::<Result<_, _>>()?;
+        for (i, kind) in kinds.iter().enumerate() {
+            ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
+        }
+        let Self { width, rounds, sharing, edges, radius, scale, seed, weights } = self;
+        let mut network = Network::new(Architecture { width, rounds, sharing, edges }, seed);
+        if let Some(path) = &weights {
+            network.load(path)?;
+        }
+        Ok(Learned { network, features: Features { kinds, radius, scale } })
+    }
+}
+
+/// `a = (scale/Δt²) · network(graph)`: with one substep and no kept velocity a particle moves by `scale · network`.
+///
+/// Held over a control interval Δt \[s\]; output (N, 3). An untrained network adds exactly zero.
+#[derive(Clone, Debug)]
+pub struct Learned {
+    network: Network,
+    features: Features,
+}
+
+impl Learned {
+    /// Writes the weights by name (safetensors), whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        self.network.save(path)
+    }
+
+    /// Acceleration that an output of one stands for \[m/s²\].
+    fn unit(&self, view: &View<'_>) -> f64 {
+        self.features.scale / view.interval.powi(2)
+    }
+}
+
+impl Law for Learned {
+    fn rate(&self) -> Rate {
+        Rate::Step
+    }
+
+    fn reach(&self) -> f64 {
+        self.features.radius
+    }
+
+    fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
+        let unit = self.unit(view);
+        let rows = self.network.forward(self.features.input(view));
+        for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
+            *a += unit * glam::Vec3::from_slice(row).as_dvec3();
+        }
+    }
+
+    fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        let input = self.features.input(view);
+        let links: Vec<_> = input.edges.iter().map(|e| Arc::clone(&e.links)).collect();
+        let unit = self.unit(view);
+        let at_output: Vec<f32> = out.iter().flat_map(|g| (unit * *g).as_vec3().to_array()).collect();
+        let at_input = self.network.pull(input, &at_output, grad.weights);
+        self.features.pull(view, &links, &at_input, grad);
+    }
+
+    fn weights(&self) -> Vec<f32> {
+        self.network.weights()
+    }
+
+    fn set_weights(&mut self, weights: &[f32]) {
+        self.network.set_weights(weights);
+    }
+}

@@ -1,0 +1,179 @@
+//! From a scene to numbers and back: the features of nodes and edges, and their pullback to particles, poses and twists.
+use super::input::{EDGE_FEATURES, Edges, Input, InputGrad, Links, NODE_FEATURES};
+use crate::model::law::{View, ViewGrad};
+use crate::state::{Pose, SurfacePoint, Twist};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// How a scene becomes the network's input; every feature is unchanged by a shift along the table.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Features {
+    /// Places in [`crate::graph::EDGE_KINDS`] of the kinds with an edge network, in the network's order.
+    pub(crate) kinds: Vec<usize>,
+    /// Radius R at which a message has faded to zero \[m\].
+    pub(crate) radius: f64,
+    /// Displacement that counts as one \[m\].
+    pub(crate) scale: f64,
+}
+
+/// Position, velocity and normal of every node, or the derivatives with respect to them.
+struct Nodes {
+    positions: Vec<DVec3>,
+    velocities: Vec<DVec3>,
+    normals: Vec<DVec3>,
+}
+
+impl Nodes {
+    /// Rows as in [`crate::graph::Nodes`]. With `u = R s` for the sample s: `p = u + t`, `v = linear + angular × u`, `n = R n₀`.
+    fn of(view: &View<'_>) -> Self {
+        let mut nodes = Self {
+            positions: view.particles.positions.clone(),
+            velocities: view.particles.velocities.clone(),
+            normals: vec![DVec3::ZERO; view.particles.len()],
+        };
+        for (_, pose, twist, point) in samples(view) {
+            let arm = pose.rotation * point.position;
+            nodes.positions.push(arm + pose.translation);
+            nodes.velocities.push(twist.linear + twist.angular.cross(arm));
+            nodes.normals.push(pose.rotation * point.normal);
+        }
+        nodes.positions.push(DVec3::ZERO);
+        nodes.velocities.push(DVec3::ZERO);
+        nodes.normals.push(DVec3::Z);
+        nodes
+    }
+
+    fn zero(count: usize) -> Self {
+        let zero = || vec![DVec3::ZERO; count];
+        Self { positions: zero(), velocities: zero(), normals: zero() }
+    }
+
+    /// `xᵢ − xⱼ`, the floor's place being the receiver's projection on z = 0.
+    fn offset(&self, i: usize, j: usize) -> DVec3 {
+        let to = self.positions[i];
+        if j + 1 == self.positions.len() { DVec3::new(0.0, 0.0, to.z) } else { to - self.positions[j] }
+    }
+}
+
+fn samples<'a>(view: &'a View<'_>) -> impl Iterator<Item = (usize, &'a Pose, &'a Twist, &'a SurfacePoint)> {
+    let parts = view.tool.parts.iter().zip(view.poses).zip(view.twists).enumerate();
+    parts.flat_map(|(k, ((part, pose), twist))| part.surface.iter().map(move |point| (k, pose, twist, point)))
+}
+
+impl Features {
+    /// The network's input.
+    pub(crate) fn input(&self, view: &View<'_>) -> Input {
+        let nodes = Nodes::of(view);
+        let particles = view.particles.len();
+        let per_speed = view.interval / self.scale;
+        let last = nodes.positions.len() - 1;
+        let mut rows = Vec::with_capacity((last + 1) * NODE_FEATURES);
+        for row in 0..=last {
+            push(&mut rows, nodes.velocities[row] * per_speed);
+            let role = DVec3::select(
+                glam::BVec3::new(row < particles, row >= particles && row < last, row == last),
+                DVec3::ONE,
+                DVec3::ZERO,
+            );
+            push(&mut rows, role);
+            rows.push(if row < particles { self.height(nodes.positions[row].z).0 as f32 } else { 0.0 });
+            push(&mut rows, nodes.normals[row]);
+        }
+        let edges = self.kinds.iter().map(|&kind| self.edges(view, &nodes, kind, per_speed)).collect();
+        Input { particles, nodes: rows, edges }
+    }
+
+    /// `z/√(z² + R²)` and its derivative: linear near the table, constant far above it.
+    fn height(&self, z: f64) -> (f64, f64) {
+        let root = z.hypot(self.radius);
+        (z / root, (self.radius / root).powi(2) / root)
+    }
+
+    fn edges(&self, view: &View<'_>, nodes: &Nodes, kind: usize, per_speed: f64) -> Edges {
+        let set = &view.graph.edges[kind];
+        let (mut links, mut features, mut window) = (Links::default(), Vec::new(), Vec::new());
+        features.reserve(set.len() * EDGE_FEATURES);
+        for (i, j) in set.pairs() {
+            let offset = nodes.offset(i, j);
+            let fade = 1.0 - offset.length_squared() / self.radius.powi(2);
+            if fade > 0.0 {
+                links.receivers.push(i as u32);
+                links.senders.push(j as u32);
+                window.push((fade * fade) as f32);
+                push(&mut features, offset / self.radius);
+                features.push((offset.length() / self.radius) as f32);
+                push(&mut features, nodes.normals[j]);
+                push(&mut features, (nodes.velocities[i] - nodes.velocities[j]) * per_speed);
+            }
+        }
+        Edges { links: Arc::new(links), features, window }
+    }
+
+    /// Adds `∂J/∂view` to `grad`, from `∂J/∂input` and the links of that input.
+    pub(crate) fn pull(&self, view: &View<'_>, links: &[Arc<Links>], at: &InputGrad, grad: &mut ViewGrad<'_>) {
+        let nodes = Nodes::of(view);
+        let particles = view.particles.len();
+        let per_speed = view.interval / self.scale;
+        let mut at_nodes = Nodes::zero(nodes.positions.len());
+        for (row, g) in at.nodes.chunks_exact(NODE_FEATURES).enumerate() {
+            at_nodes.velocities[row] += read(&g[..3]) * per_speed;
+            if row < particles {
+                at_nodes.positions[row].z += f64::from(g[6]) * self.height(nodes.positions[row].z).1;
+            }
+            at_nodes.normals[row] += read(&g[7..]);
+        }
+        for (links, at) in links.iter().zip(&at.edges) {
+            let rows = at.features.chunks_exact(EDGE_FEATURES).zip(&at.window);
+            for ((&i, &j), (g, &at_window)) in links.receivers.iter().zip(&links.senders).zip(rows) {
+                self.pull_edge(&nodes, (i as usize, j as usize), g, at_window, per_speed, &mut at_nodes);
+            }
+        }
+        for i in 0..particles {
+            grad.particles.positions[i] += at_nodes.positions[i];
+            grad.particles.velocities[i] += at_nodes.velocities[i];
+        }
+        for (row, (k, pose, twist, point)) in (particles..).zip(samples(view)) {
+            let (at_velocity, at_normal) = (at_nodes.velocities[row], at_nodes.normals[row]);
+            let arm = pose.rotation * point.position;
+            let at_arm = at_nodes.positions[row] + at_velocity.cross(twist.angular);
+            grad.poses[k].translation += at_nodes.positions[row];
+            grad.poses[k].rotation += arm.cross(at_arm) + (pose.rotation * point.normal).cross(at_normal);
+            grad.twists[k].linear += at_velocity;
+            grad.twists[k].angular += arm.cross(at_velocity);
+        }
+    }
+
+    fn pull_edge(
+        &self,
+        nodes: &Nodes,
+        (i, j): (usize, usize),
+        g: &[f32],
+        at_window: f32,
+        per_speed: f64,
+        at: &mut Nodes,
+    ) {
+        let offset = nodes.offset(i, j);
+        let fade = 1.0 - offset.length_squared() / self.radius.powi(2);
+        let direction = offset.normalize_or_zero();
+        let mut back = (read(&g[..3]) + f64::from(g[3]) * direction) / self.radius;
+        back -= f64::from(at_window) * 4.0 * fade / self.radius.powi(2) * offset;
+        if j + 1 == nodes.positions.len() {
+            at.positions[i].z += back.z;
+        } else {
+            at.positions[i] += back;
+            at.positions[j] -= back;
+        }
+        at.normals[j] += read(&g[4..7]);
+        let speed = read(&g[7..]) * per_speed;
+        at.velocities[i] += speed;
+        at.velocities[j] -= speed;
+    }
+}
+
+fn push(row: &mut Vec<f32>, v: DVec3) {
+    row.extend(v.as_vec3().to_array());
+}
+
+fn read(row: &[f32]) -> DVec3 {
+    glam::Vec3::from_slice(row).as_dvec3()
+}

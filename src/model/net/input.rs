@@ -1,0 +1,83 @@
+//! What the network reads, and the derivatives with respect to it.
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Numbers a node: velocity (3), role (3), height (1), normal (3).
+pub(super) const NODE_FEATURES: usize = 10;
+/// Numbers an edge: offset (3), distance (1), sender's normal (3), relative displacement (3).
+pub(super) const EDGE_FEATURES: usize = 10;
+
+/// Nodes and edges as numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Input {
+    /// Number of receiving nodes N, the first rows.
+    pub particles: usize,
+    /// Node features, (M, 10) row-major, M ≥ N.
+    pub nodes: Vec<f32>,
+    /// One entry for every edge kind of the architecture.
+    pub edges: Vec<Edges>,
+}
+
+/// The edges of one kind as numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Edges {
+    /// Who is joined to whom.
+    pub links: Arc<Links>,
+    /// Edge features, (E, 10) row-major.
+    pub features: Vec<f32>,
+    /// Window w(r) of each edge, E numbers.
+    pub window: Vec<f32>,
+}
+
+/// Receiver and sender row of each edge, sorted by receiver.
+#[derive(Clone, Debug, Default)]
+pub struct Links {
+    /// Receiving particle of each edge, E numbers.
+    pub receivers: Vec<u32>,
+    /// Sending node of each edge, E numbers.
+    pub senders: Vec<u32>,
+}
+
+/// `∂J/∂input`.
+#[derive(Clone, Debug, Default)]
+pub struct InputGrad {
+    /// `∂J/∂(node features)`, (M, 10).
+    pub nodes: Vec<f32>,
+    /// One entry for every edge kind.
+    pub edges: Vec<EdgesGrad>,
+}
+
+/// `∂J/∂edges`.
+#[derive(Clone, Debug, Default)]
+pub struct EdgesGrad {
+    /// `∂J/∂features`, (E, 10).
+    pub features: Vec<f32>,
+    /// `∂J/∂window`, E numbers.
+    pub window: Vec<f32>,
+}
+
+impl InputGrad {
+    /// Zero everywhere, shaped like `input`.
+    pub(super) fn zero(input: &Input) -> Self {
+        let edge = |e: &Edges| EdgesGrad { features: vec![0.0; e.features.len()], window: vec![0.0; e.window.len()] };
+        Self { nodes: vec![0.0; input.nodes.len()], edges: input.edges.iter().map(edge).collect() }
+    }
+}
+
+impl Links {
+    /// Number of edges E.
+    pub fn len(&self) -> usize {
+        self.senders.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.senders.is_empty()
+    }
+
+    /// The smallest range of rows that holds every sender.
+    pub(super) fn span(&self) -> Range<usize> {
+        let (low, high) = self.senders.iter().fold((u32::MAX, 0), |(l, h), &s| (l.min(s), h.max(s + 1)));
+        if self.is_empty() { 0..0 } else { low as usize..high as usize }
+    }
+}

@@ -1,0 +1,192 @@
+//! Messages of one edge kind, summed at their receivers, as one operation.
+use super::input::Links;
+use super::product::{Block, multiply, multiply_add};
+use super::record::{Matrix, Record, Wanted, add_rows, entries, gradient, taken};
+use super::squareplus::{slope, squareplus};
+use dfdx::prelude::{Cpu, HasShape, Tape};
+use std::sync::Arc;
+
+/// Constant factor c of every message: about one over the number of neighbours that count.
+const SCALE: f32 = 0.2;
+/// Edges at a time: a block of both hidden layers stays in the first two caches.
+const BLOCK: usize = 128;
+
+/// The weights of an edge network up to its last hidden layer.
+#[derive(Clone)]
+pub(super) struct Weights {
+    /// (2 W + features, W): rows for the receiver, the sender and the edge.
+    pub(super) first: (Matrix, Matrix),
+    /// (W, W).
+    pub(super) hidden: (Matrix, Matrix),
+}
+
+/// One kind's edges as matrices.
+#[derive(Clone)]
+pub(super) struct EdgeInput {
+    pub(super) links: Arc<Links>,
+    /// (E, features).
+    pub(super) features: Matrix,
+    /// (E, 1).
+    pub(super) window: Matrix,
+}
+
+/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ` with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes; (M, W) → (rows, W).
+///
+/// The edge network's last, linear layer is left to the caller: `Σⱼ wᵢⱼ (zᵢⱼ W₃) = (Σⱼ wᵢⱼ zᵢⱼ) W₃` exactly, one product a
+/// node instead of one an edge. Likewise `[hᵢ, hⱼ, f] W₁ = (h Wᵣ)ᵢ + (h Wₛ)ⱼ + f W_f`: two of three products are per node.
+pub(super) fn message<T: Tape<f32, Cpu>>(
+    record: &mut Record<T>,
+    rows: usize,
+    nodes: &Matrix,
+    edges: &EdgeInput,
+    weights: &Weights,
+) -> Matrix {
+    let width = nodes.shape().1;
+    let count = edges.links.len();
+    let span = edges.links.span();
+    let parts = Parts::new(entries(&weights.first.0), width);
+    let mut received = vec![0.0; rows * width];
+    received.chunks_exact_mut(width).for_each(|row| row.copy_from_slice(entries(&weights.first.1)));
+    multiply_add(Block::new(&entries(nodes)[..rows * width], width), parts.receiver, &mut received);
+    let mut sent = vec![0.0; span.len() * width];
+    multiply(Block::new(&entries(nodes)[span.start * width..span.end * width], width), parts.sender, &mut sent);
+
+    let kept = if T::OWNS_TAPE { count } else { count.min(BLOCK) };
+    let (mut first, mut hidden) = (vec![0.0; kept * width], vec![0.0; kept * width]);
+    let mut sums = vec![0.0; rows * width];
+    for start in (0..count).step_by(BLOCK) {
+        let end = count.min(start + BLOCK);
+        let place = if T::OWNS_TAPE { start * width..end * width } else { 0..(end - start) * width };
+        let (first, hidden) = (&mut first[place.clone()], &mut hidden[place]);
+        multiply(edges.feature_rows(start, end), parts.edge, first);
+        for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.links.pairs(start, end)) {
+            let (to, from) = (&received[i * width..][..width], &sent[(j - span.start) * width..][..width]);
+            row.iter_mut().zip(to.iter().zip(from)).for_each(|(x, (p, q))| *x = squareplus(*x + p + q));
+        }
+        multiply(Block::new(first, width), Block::new(entries(&weights.hidden.0), width), hidden);
+        let bias = entries(&weights.hidden.1);
+        let window = &entries(&edges.window)[start..end];
+        for ((row, (i, _)), w) in hidden.chunks_exact_mut(width).zip(edges.links.pairs(start, end)).zip(window) {
+            let (sum, w) = (&mut sums[i * width..][..width], SCALE * w);
+            row.iter_mut().zip(bias).zip(sum).for_each(|((x, b), s)| {
+                *x = squareplus(*x + b);
+                *s += w * *x;
+            });
+        }
+    }
+    let out = record.matrix(sums, width);
+    if !T::OWNS_TAPE {
+        return out;
+    }
+    let Record { tape, wanted, .. } = record;
+    let (ghost, wanted) = (out.ghost(), *wanted);
+    let (nodes, edges, weights) = (nodes.clone(), edges.clone(), weights.clone());
+    tape.add_backward_op(move |grads| {
+        let at = taken!(grads, &ghost);
+        let parts = Parts::new(entries(&weights.first.0), width);
+        let inner = edges.features.shape().1;
+        let (mut at_received, mut at_sent) = (vec![0.0; rows * width], vec![0.0; span.len() * width]);
+        let mut scratch = vec![0.0; 2 * count.min(BLOCK) * width];
+        for start in (0..count).step_by(BLOCK) {
+            let end = count.min(start + BLOCK);
+            let place = start * width..end * width;
+            let (first, hidden) = (&first[place.clone()], &hidden[place]);
+            let (outer, lower) = scratch[..2 * first.len()].split_at_mut(first.len());
+            let window = &entries(&edges.window)[start..end];
+            let at_window = &mut gradient(grads, &edges.window)?[start..end];
+            let block = outer.chunks_exact_mut(width).zip(hidden.chunks_exact(width));
+            for (((row, z), (i, _)), (w, at_w)) in
+                block.zip(edges.links.pairs(start, end)).zip(window.iter().zip(at_window))
+            {
+                let (sum, w) = (&at[i * width..][..width], SCALE * w);
+                *at_w += SCALE * dot(sum, z);
+                row.iter_mut().zip(sum.iter().zip(z)).for_each(|(d, (g, z))| *d = w * g * slope(*z));
+            }
+            let delta = Block::new(outer, width);
+            if wanted == Wanted::InputsAndWeights {
+                multiply_add(Block::new(first, width).transposed(), delta, gradient(grads, &weights.hidden.0)?);
+                add_rows(outer, gradient(grads, &weights.hidden.1)?);
+            }
+            multiply(delta, Block::new(entries(&weights.hidden.0), width).transposed(), lower);
+            let pairs = edges.links.pairs(start, end);
+            for ((row, z), (i, j)) in lower.chunks_exact_mut(width).zip(first.chunks_exact(width)).zip(pairs) {
+                let to = &mut at_received[i * width..][..width];
+                let from = &mut at_sent[(j - span.start) * width..][..width];
+                for (((d, z), p), q) in row.iter_mut().zip(z).zip(to).zip(from) {
+                    *d *= slope(*z);
+                    *p += *d;
+                    *q += *d;
+                }
+            }
+            let delta = Block::new(lower, width);
+            let at_features = &mut gradient(grads, &edges.features)?[start * inner..end * inner];
+            multiply_add(delta, parts.edge.transposed(), at_features);
+            if wanted == Wanted::InputsAndWeights {
+                let at_weight = &mut gradient(grads, &weights.first.0)?[2 * width * width..];
+                multiply_add(edges.feature_rows(start, end).transposed(), delta, at_weight);
+            }
+        }
+        let (to, from) = (Block::new(&at_received, width), Block::new(&at_sent, width));
+        let senders = span.start * width..span.end * width;
+        let at_nodes = gradient(grads, &nodes)?;
+        multiply_add(to, parts.receiver.transposed(), &mut at_nodes[..rows * width]);
+        multiply_add(from, parts.sender.transposed(), &mut at_nodes[senders.clone()]);
+        if wanted == Wanted::InputsAndWeights {
+            let h = entries(&nodes);
+            let at_weight = gradient(grads, &weights.first.0)?;
+            let (at_receiver, rest) = at_weight.split_at_mut(width * width);
+            multiply_add(Block::new(&h[..rows * width], width).transposed(), to, at_receiver);
+            multiply_add(Block::new(&h[senders], width).transposed(), from, &mut rest[..width * width]);
+            add_rows(&at_received, gradient(grads, &weights.first.1)?);
+        }
+        Ok(())
+    });
+    out
+}
+
+/// The rows of the first layer's weights that meet the receiver, the sender and the edge.
+struct Parts<'a> {
+    receiver: Block<'a>,
+    sender: Block<'a>,
+    edge: Block<'a>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(weight: &'a [f32], width: usize) -> Self {
+        let square = width * width;
+        let part = |data| Block::new(data, width);
+        Self {
+            receiver: part(&weight[..square]),
+            sender: part(&weight[square..2 * square]),
+            edge: part(&weight[2 * square..]),
+        }
+    }
+}
+
+impl EdgeInput {
+    fn feature_rows(&self, start: usize, end: usize) -> Block<'_> {
+        let inner = self.features.shape().1;
+        Block::new(&entries(&self.features)[start * inner..end * inner], inner)
+    }
+}
+
+impl Links {
+    /// (receiver, sender) of the edges `start..end`.
+    fn pairs(&self, start: usize, end: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let pairs = self.receivers[start..end].iter().zip(&self.senders[start..end]);
+        pairs.map(|(&i, &j)| (i as usize, j as usize))
+    }
+}
+
+/// `a · b` in eight lanes, which a plain fold cannot be compiled to because it fixes the order of additions.
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0.0f32; 8];
+    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
+    let tail: f32 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in a8.zip(b8) {
+        for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
+            *lane += x * y;
+        }
+    }
+    lanes.iter().sum::<f32>() + tail
+}

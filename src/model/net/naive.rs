@@ -1,0 +1,210 @@
+//! The same network written with nothing but dfdx's own operations, on concatenated rows and dense incidence matrices.
+use super::input::{EDGE_FEATURES, NODE_FEATURES};
+use super::{Architecture, Edges, Input, Links, Network, Sharing};
+use dfdx::prelude::*;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+type Plain = Tensor<(usize, usize), f32, Cpu>;
+type Taped = Tensor<(usize, usize), f32, Cpu, OwnedTape<f32, Cpu>>;
+
+struct Leaves {
+    weights: BTreeMap<String, Plain>,
+    nodes: Plain,
+    edges: Vec<(Plain, Plain)>,
+}
+
+fn traced(x: &Plain) -> Taped {
+    x.clone().put_tape(OwnedTape::default())
+}
+
+fn activation(x: Taped) -> Taped {
+    let root = (x.with_empty_tape().square() + 1.0).sqrt();
+    (x + root) * 0.5 - 0.677_265_4
+}
+
+fn layer(leaves: &Leaves, name: &str, x: Taped) -> Taped {
+    let rows = x.shape().0;
+    let bias = traced(&leaves.weights[&format!("{name}.bias")]);
+    let ones: Plain = x.device().tensor_from_vec(vec![1.0; rows], (rows, 1));
+    x.matmul(traced(&leaves.weights[&format!("{name}.weight")])) + traced(&ones).matmul(bias)
+}
+
+fn beside(a: Taped, b: Taped) -> Taped {
+    (a, b).concat_along(Axis::<1>)
+}
+
+/// A (rows, columns) matrix with ones where `at` says.
+fn incidence(device: &Cpu, at: &[u32], columns: usize) -> Plain {
+    let mut values = vec![0.0; at.len() * columns];
+    at.iter().enumerate().for_each(|(row, &column)| values[row * columns + column as usize] = 1.0);
+    device.tensor_from_vec(values, (at.len(), columns))
+}
+
+fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped {
+    let (count, particles) = (leaves.nodes.shape().0, input.particles);
+    let mut h = layer(leaves, "node.last", activation(layer(leaves, "node.first", traced(&leaves.nodes))));
+    let rows: Vec<u32> = (0..particles as u32).collect();
+    let pick = incidence(device, &rows, count);
+    let put: Plain = pick.clone().permute();
+    for round in 0..a.rounds {
+        let prefix = if a.sharing == Sharing::Shared { String::new() } else { format!("round.{round}.") };
+        let zeros: Plain = device.tensor_from_vec(vec![0.0; particles * a.width], (particles, a.width));
+        let mut sum = traced(&zeros);
+        for ((kind, edges), (features, window)) in a.edges.iter().zip(&input.edges).zip(&leaves.edges) {
+            if edges.links.is_empty() {
+                continue;
+            }
+            let name = format!("{prefix}edge.{kind}");
+            let to = incidence(device, &edges.links.receivers, count);
+            let from = incidence(device, &edges.links.senders, count);
+            let ends = beside(traced(&to).matmul(h.with_empty_tape()), traced(&from).matmul(h.with_empty_tape()));
+            let z = activation(layer(leaves, &format!("{name}.first"), beside(ends, traced(features))));
+            let z = activation(layer(leaves, &format!("{name}.hidden"), z));
+            let m = z.matmul(traced(&leaves.weights[&format!("{name}.last.weight")]));
+            let ones: Plain = device.tensor_from_vec(vec![0.2; a.width], (1, a.width));
+            let weighted = m * traced(window).matmul(traced(&ones));
+            let gather: Plain = incidence(device, &edges.links.receivers, particles).permute();
+            sum = sum + traced(&gather).matmul(weighted);
+        }
+        let own = traced(&pick).matmul(h.with_empty_tape());
+        let inner = activation(layer(leaves, &format!("{prefix}update.first"), beside(own, sum)));
+        h = h + traced(&put).matmul(layer(leaves, &format!("{prefix}update.last"), inner));
+    }
+    let own = traced(&pick).matmul(h);
+    layer(leaves, "decoder.last", activation(layer(leaves, "decoder.first", own)))
+}
+
+fn network(sharing: Sharing, width: usize) -> Network {
+    let edges = ["particle", "tool", "floor"].map(str::to_owned).to_vec();
+    let mut network = Network::new(Architecture { width, rounds: 2, sharing, edges }, 3);
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let shaken: Vec<f32> = network.weights().iter().map(|w| w + rng.random_range(-0.1..0.1)).collect();
+    network.set_weights(&shaken);
+    network
+}
+
+fn input(edge_counts: [usize; 3], particles: usize, count: usize) -> Input {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut fill = |n: usize| -> Vec<f32> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
+    let nodes = fill(count * NODE_FEATURES);
+    let edges = edge_counts.map(|e| {
+        let receivers = (0..e).map(|k| (k * particles / e) as u32).collect();
+        let senders = (0..e).map(|k| ((k * 7 + 3) % count) as u32).collect();
+        let window = fill(e).iter().map(|x| x.abs()).collect();
+        Edges { links: Arc::new(Links { receivers, senders }), features: fill(e * EDGE_FEATURES), window }
+    });
+    Input { particles, nodes, edges: edges.to_vec() }
+}
+
+fn cotangent(count: usize) -> Vec<f32> {
+    (0..count).map(|i| (i as f32 * 0.9).sin()).collect()
+}
+
+/// `max |a − b| / max |b|`.
+fn gap(a: &[f32], b: &[f32]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let size = b.iter().fold(0.0f32, |m, x| m.max(x.abs()));
+    a.iter().zip(b).fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / size.max(1e-20)
+}
+
+#[test]
+fn agrees_with_the_naive_network_in_value_and_every_derivative() {
+    for (sharing, width, counts) in [(Sharing::Shared, 24, [300, 70, 9]), (Sharing::PerRound, 17, [150, 0, 40])] {
+        let (network, input) = (network(sharing, width), input(counts, 40, 61));
+        let device = Cpu::default();
+        let matrix =
+            |v: &[f32], columns: usize| -> Plain { device.tensor_from_vec(v.to_vec(), (v.len() / columns, columns)) };
+        let leaves = Leaves {
+            weights: network.named().map(|(name, shape, v)| (name.to_owned(), matrix(v, shape.1))).collect(),
+            nodes: matrix(&input.nodes, NODE_FEATURES),
+            edges: input.edges.iter().map(|e| (matrix(&e.features, EDGE_FEATURES), matrix(&e.window, 1))).collect(),
+        };
+        let output = run(network.architecture(), &leaves, &input, &device);
+        let fast = network.forward(input.clone());
+        assert!(gap(&fast, &output.as_vec()) < 1e-5, "{}", gap(&fast, &output.as_vec()));
+
+        let at = cotangent(fast.len());
+        let at_output: Plain = device.tensor_from_vec(at.clone(), (input.particles, 3));
+        let grads = (output * at_output).sum::<Rank0, _>().backward();
+        let mut weights = vec![0.0; network.weights().len()];
+        let back = network.pull(input.clone(), &at, &mut weights);
+        let mut rest = &weights[..];
+        for (name, shape, _) in network.named() {
+            let (own, after) = rest.split_at(shape.0 * shape.1);
+            rest = after;
+            if counts[1] == 0 && name.contains("edge.tool") {
+                assert!(own.iter().all(|g| *g == 0.0), "{name}");
+            } else {
+                let g = gap(own, &grads.get(&leaves.weights[name]).as_vec());
+                assert!(g < 1e-4, "{name}: {g}");
+            }
+        }
+        assert!(gap(&back.nodes, &grads.get(&leaves.nodes).as_vec()) < 1e-4);
+        for (own, (features, window)) in back.edges.iter().zip(&leaves.edges) {
+            if !own.window.is_empty() {
+                assert!(gap(&own.features, &grads.get(features).as_vec()) < 1e-4);
+                assert!(gap(&own.window, &grads.get(window).as_vec()) < 1e-4);
+            }
+        }
+        let alone = network.pull(input, &at, &mut []);
+        assert_eq!((alone.nodes, alone.edges[0].features.len()), (back.nodes, back.edges[0].features.len()));
+    }
+}
+
+#[test]
+fn derivatives_agree_with_central_differences() {
+    let (network, input) = (network(Sharing::Shared, 16), input([60, 20, 8], 12, 20));
+    let at = cotangent(3 * input.particles);
+    let mut weights = vec![0.0; network.weights().len()];
+    let back = network.pull(input.clone(), &at, &mut weights);
+    let cost = |network: &Network, input: Input| -> f64 {
+        network.forward(input).iter().zip(&at).map(|(y, g)| f64::from(*y) * f64::from(*g)).sum()
+    };
+    // Along random directions, so that the f32 noise of one difference is small beside its size.
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    let h = 3e-3;
+    for _ in 0..10 {
+        let mut direction = |n: usize| -> Vec<f32> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
+        let (d_weights, d_nodes, d_features) =
+            (direction(weights.len()), direction(input.nodes.len()), direction(input.edges[0].features.len()));
+        let moved = |step: f32| {
+            let shift = |x: &[f32], d: &[f32]| -> Vec<f32> { x.iter().zip(d).map(|(x, d)| x + step * d).collect() };
+            let (mut network, mut input) = (network.clone(), input.clone());
+            network.set_weights(&shift(&network.weights(), &d_weights));
+            input.nodes = shift(&input.nodes, &d_nodes);
+            input.edges[0].features = shift(&input.edges[0].features, &d_features);
+            cost(&network, input)
+        };
+        let difference = (moved(h) - moved(-h)) / f64::from(2.0 * h);
+        let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>();
+        let exact = dot(&weights, &d_weights) + dot(&back.nodes, &d_nodes) + dot(&back.edges[0].features, &d_features);
+        assert!(exact.abs() > 1e-2, "a trivial direction: {exact}");
+        assert!((exact - difference).abs() < 3e-3 * exact.abs().max(1.0), "{exact} against {difference}");
+    }
+}
+
+#[test]
+fn nothing_to_move_and_nobody_to_hear() {
+    let network = network(Sharing::Shared, 16);
+    let empty = Input { particles: 0, nodes: vec![0.0; NODE_FEATURES], edges: vec![Edges::default(); 3] };
+    assert!(network.forward(empty.clone()).is_empty());
+    assert_eq!(network.pull(empty, &[], &mut vec![0.0; network.weights().len()]).nodes, vec![0.0; NODE_FEATURES]);
+    let alone = input([0, 0, 0], 3, 5);
+    assert!(network.forward(alone).iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn an_untrained_network_is_exactly_zero_and_trainable() {
+    let trained = network(Sharing::Shared, 16);
+    let fresh = Network::new(trained.architecture().clone(), 9);
+    let input = input([60, 20, 8], 12, 20);
+    assert!(fresh.forward(input.clone()).iter().all(|x| *x == 0.0));
+    let mut weights = vec![0.0; fresh.weights().len()];
+    fresh.pull(input, &cotangent(36), &mut weights);
+    assert!(weights.iter().any(|g| g.abs() > 1e-3));
+    assert_eq!(fresh.weights(), Network::new(trained.architecture().clone(), 9).weights());
+    assert_ne!(fresh.weights(), Network::new(trained.architecture().clone(), 10).weights());
+}

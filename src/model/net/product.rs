@@ -1,0 +1,109 @@
+//! Matrix products by the `gemm` crate, behind a safe face.
+use gemm::{Parallelism, gemm};
+
+/// A row-major matrix over a slice, or its transpose.
+#[derive(Clone, Copy)]
+pub(super) struct Block<'a> {
+    data: &'a [f32],
+    rows: usize,
+    columns: usize,
+    row_stride: usize,
+    column_stride: usize,
+}
+
+impl<'a> Block<'a> {
+    /// `data` as rows of `columns` numbers.
+    pub(super) fn new(data: &'a [f32], columns: usize) -> Self {
+        assert_eq!(data.len() % columns, 0, "whole rows");
+        Self { data, rows: data.len() / columns, columns, row_stride: columns, column_stride: 1 }
+    }
+
+    /// The transpose, without moving anything.
+    pub(super) fn transposed(self) -> Self {
+        Self {
+            rows: self.columns,
+            columns: self.rows,
+            row_stride: self.column_stride,
+            column_stride: self.row_stride,
+            ..self
+        }
+    }
+}
+
+/// `out = a b`, row-major.
+pub(super) fn multiply(a: Block<'_>, b: Block<'_>, out: &mut [f32]) {
+    run(a, b, out, 0.0);
+}
+
+/// `out += a b`, row-major.
+pub(super) fn multiply_add(a: Block<'_>, b: Block<'_>, out: &mut [f32]) {
+    run(a, b, out, 1.0);
+}
+
+fn run(a: Block<'_>, b: Block<'_>, out: &mut [f32], keep: f32) {
+    assert_eq!(a.columns, b.rows, "inner dimensions");
+    assert_eq!(out.len(), a.rows * b.columns, "outer dimensions");
+    if out.is_empty() {
+        return;
+    }
+    // SAFETY: a `Block` covers exactly rows × columns elements of a live slice through its two strides (1 and the length of a
+    // stored row, in either order), `out` holds rows × columns of the product contiguously, and being `&mut` overlaps neither.
+    unsafe {
+        gemm(
+            a.rows,
+            b.columns,
+            a.columns,
+            out.as_mut_ptr(),
+            1,
+            b.columns as isize,
+            keep != 0.0,
+            a.data.as_ptr(),
+            a.column_stride as isize,
+            a.row_stride as isize,
+            b.data.as_ptr(),
+            b.column_stride as isize,
+            b.row_stride as isize,
+            keep,
+            1.0,
+            false,
+            false,
+            false,
+            Parallelism::None,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_and_transposes_agree_with_three_loops() {
+        let fill = |n: usize, s: f32| -> Vec<f32> { (0..n).map(|i| ((i as f32 + s) * 0.7).sin()).collect() };
+        for (m, k, n) in [(1, 1, 1), (5, 10, 64), (129, 64, 3), (33, 7, 17), (4, 0, 3)] {
+            let (a, b) = (fill(m * k, 0.1), fill(k * n, 0.5));
+            let mut expected = vec![1.0f32; m * n];
+            for i in 0..m {
+                for j in 0..n {
+                    expected[i * n + j] += (0..k).map(|l| a[i * k + l] * b[l * n + j]).sum::<f32>();
+                }
+            }
+            let close = |x: &[f32]| x.iter().zip(&expected).all(|(x, y)| (x - y).abs() < 1e-4);
+            let mut out = vec![1.0; m * n];
+            let (a_block, b_block) = if k > 0 {
+                (Block::new(&a, k), Block::new(&b, n))
+            } else {
+                (Block::new(&a, m).transposed(), Block::new(&b, n))
+            };
+            multiply_add(a_block, b_block, &mut out);
+            assert!(close(&out), "{m} {k} {n}");
+            if k > 0 {
+                let turned: Vec<f32> = (0..k * m).map(|i| a[(i % m) * k + i / m]).collect();
+                let mut out = vec![7.0; m * n];
+                multiply(Block::new(&turned, m).transposed(), b_block, &mut out);
+                out.iter_mut().for_each(|x| *x += 1.0);
+                assert!(close(&out), "transposed {m} {k} {n}");
+            }
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Weights on disk: safetensors with one named matrix a layer, and the architecture as metadata.
+use super::{Architecture, Network};
+use anyhow::{Context, bail, ensure};
+use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+const ARCHITECTURE: &str = "architecture";
+
+impl Network {
+    /// Writes every weight matrix by name, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        let matrices: Vec<(&str, (usize, usize), Vec<u8>)> = self
+            .named()
+            .map(|(name, shape, values)| (name, shape, values.iter().flat_map(|x| x.to_le_bytes()).collect()))
+            .collect();
+        let views = matrices.iter().map(|(name, (rows, columns), bytes)| {
+            let view = TensorView::new(Dtype::F32, vec![*rows, *columns], bytes);
+            (*name, view.expect("as many bytes as the shape says"))
+        });
+        let metadata = HashMap::from([(ARCHITECTURE.to_owned(), serde_json::to_string(self.architecture())?)]);
+        let bytes = serialize(views, Some(metadata)).with_context(|| format!("cannot encode {}", path.display()))?;
+        write_whole(path, &bytes)
+    }
+
+    /// Replaces the weights by those of a file that [`Network::save`] wrote for an equal architecture.
+    ///
+    /// # Errors
+    /// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of
+    /// another architecture; the weights are then left as they were.
+    pub fn load(&mut self, path: &Path) -> anyhow::Result<()> {
+        let bytes = fs::read(path).with_context(|| format!("cannot read the weights {}", path.display()))?;
+        let weights = read(self, &bytes).with_context(|| format!("cannot use the weights {}", path.display()))?;
+        self.set_weights(&weights);
+        Ok(())
+    }
+}
+
+fn read(network: &Network, bytes: &[u8]) -> anyhow::Result<Vec<f32>> {
+    let damaged = "the file is not whole safetensors; train again or copy it again";
+    let (_, header) = SafeTensors::read_metadata(bytes).context(damaged)?;
+    let stored = header.metadata().as_ref().and_then(|m| m.get(ARCHITECTURE));
+    let stored = stored.and_then(|text| serde_json::from_str::<Architecture>(text).ok());
+    let expected = network.architecture();
+    if let Some(stored) = stored.filter(|s| s != expected) {
+        bail!("the file holds weights of {}, but the config asks for {}", sentence(&stored), sentence(expected));
+    }
+    let file = SafeTensors::deserialize(bytes).context(damaged)?;
+    let mut weights = Vec::with_capacity(expected.weight_count());
+    for (name, (rows, columns), _) in network.named() {
+        let found = file.tensor(name).ok();
+        let found = found.with_context(|| format!("{name} is missing; expected shape [{rows}, {columns}]"))?;
+        ensure!(
+            found.dtype() == Dtype::F32 && found.shape() == [rows, columns],
+            "{name} should be F32 of shape [{rows}, {columns}], found {:?} of shape {:?}",
+            found.dtype(),
+            found.shape()
+        );
+        let numbers = found.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        let before = weights.len();
+        weights.extend(numbers);
+        ensure!(weights[before..].iter().all(|x| x.is_finite()), "{name} holds a number that is not finite");
+    }
+    let extra = file.names().len().saturating_sub(network.named().count());
+    ensure!(extra == 0, "the file holds {extra} matrices that {} does not have", sentence(expected));
+    Ok(weights)
+}
+
+fn sentence(a: &Architecture) -> String {
+    format!("width {}, {} rounds ({:?}), edge kinds [{}]", a.width, a.rounds, a.sharing, a.edges.join(", "))
+}
+
+/// Writes beside the target and renames, so that a reader never sees half a file.
+fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let name = path.file_name().with_context(|| format!("{} names no file", path.display()))?;
+    let mut part = name.to_owned();
+    part.push(".part");
+    let part = path.with_file_name(part);
+    fs::write(&part, bytes).with_context(|| format!("cannot write {}", part.display()))?;
+    fs::rename(&part, path).with_context(|| format!("cannot write {}", path.display()))
+}
