@@ -11,4 +11,5 @@ pub mod planner;
 pub mod problem;
 pub mod state;
 pub mod tool;
+pub mod train;
 pub mod watch;

@@ -1,0 +1,101 @@
+//! Constants of a model's config, named by their path: `laws.contact.stiffness` is `stiffness` of the list item of
+//! `laws` whose `kind` is `contact`.
+use serde_json::Value;
+
+/// The constant at `path`.
+///
+/// # Errors
+/// When there is none, naming the nearest that there is; when it is not a positive real number.
+pub fn value(spec: &Value, path: &str) -> anyhow::Result<f64> {
+    let Some(found) = path.split('.').try_fold(spec, |v, key| child(v, key)) else {
+        let mut known = Vec::new();
+        leaves(spec, "", &mut known);
+        let nearest =
+            known.iter().max_by(|a, b| strsim::jaro_winkler(a, path).total_cmp(&strsim::jaro_winkler(b, path)));
+        match nearest {
+            Some(nearest) => anyhow::bail!("the model has no constant `{path}`; did you mean `{nearest}`?"),
+            None => anyhow::bail!("the model has no constant `{path}`, nor any other"),
+        }
+    };
+    match found.as_f64() {
+        Some(number) if found.is_f64() && number > 0.0 => Ok(number),
+        _ => anyhow::bail!("`{path}` of the model is {found}; only positive real numbers can be identified"),
+    }
+}
+
+/// A copy of `spec` with `constants` in place of those at their paths.
+///
+/// # Errors
+/// As [`value`].
+pub fn replace<'a>(spec: &Value, constants: impl IntoIterator<Item = (&'a str, f64)>) -> anyhow::Result<Value> {
+    let mut spec = spec.clone();
+    for (path, number) in constants {
+        value(&spec, path)?;
+        let found = path.split('.').try_fold(&mut spec, |v, key| child_mut(v, key));
+        *found.expect("a path that was just read") = Value::from(number);
+    }
+    Ok(spec)
+}
+
+fn child<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
+    match value {
+        Value::Object(map) => map.get(key),
+        Value::Array(items) => items.iter().find(|item| item["kind"] == key),
+        _ => None,
+    }
+}
+
+fn child_mut<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
+    match value {
+        Value::Object(map) => map.get_mut(key),
+        Value::Array(items) => items.iter_mut().find(|item| item["kind"] == key),
+        _ => None,
+    }
+}
+
+/// Paths of all real numbers below `value`.
+fn leaves(value: &Value, path: &str, out: &mut Vec<String>) {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, v)| leaves(v, &below(key), out)),
+        Value::Array(items) => {
+            for item in items {
+                if let Some(kind) = item["kind"].as_str() {
+                    leaves(item, &below(kind), out);
+                }
+            }
+        }
+        Value::Number(number) if number.is_f64() => out.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn spec() -> Value {
+        json!({"kind": "particles", "substeps": 4, "laws": [
+            {"kind": "contact", "stiffness": 2.0, "damping": 0.5},
+            {"kind": "friction", "coefficient": 0.3},
+        ]})
+    }
+
+    #[test]
+    fn list_items_are_addressed_by_kind() {
+        let changed = replace(&spec(), [("laws.friction.coefficient", 0.7)]).unwrap();
+        assert_eq!(value(&changed, "laws.friction.coefficient").unwrap(), 0.7);
+        assert_eq!(value(&changed, "laws.contact.stiffness").unwrap(), 2.0);
+        let back = replace(&changed, [("laws.friction.coefficient", 0.3)]).unwrap();
+        assert_eq!(back, spec());
+    }
+
+    #[test]
+    fn an_unknown_path_is_answered_with_the_nearest() {
+        let error = value(&spec(), "laws.contact.stifness").unwrap_err().to_string();
+        assert!(error.contains("`laws.contact.stiffness`"), "{error}");
+        let whole = value(&spec(), "substeps").unwrap_err().to_string();
+        assert!(whole.contains("positive real"), "{whole}");
+    }
+}

@@ -1,0 +1,51 @@
+//! The config of an identification.
+use super::identify::Identifier;
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How constants are fitted by CMA-ES.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IdentifySpec {
+    /// Paths into the model's config, such as `laws.contact.stiffness`, with lower and upper bound in the constant's unit.
+    pub constants: IndexMap<String, [f64; 2]>,
+    /// Sets of constants that may be tried.
+    #[schemars(range(min = 12))]
+    pub evaluations: usize,
+    /// Windows of the training episodes that each is tried on.
+    #[schemars(range(min = 1))]
+    pub windows: usize,
+    /// Control steps of a window.
+    #[schemars(range(min = 1))]
+    pub horizon: usize,
+    /// Displacement per control step above which a particle counts as moving \[m\].
+    #[schemars(range(min = 0.0))]
+    pub motion: f64,
+    /// First standard deviation of the search, as a fraction of the logarithmic width of the bounds.
+    #[schemars(range(min = 0.001, max = 1.0))]
+    pub sigma: f64,
+    /// Seed of the search.
+    pub seed: u64,
+}
+
+impl IdentifySpec {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// A sentence naming the key whose value is impossible.
+    pub fn build(self) -> anyhow::Result<Identifier> {
+        anyhow::ensure!(!self.constants.is_empty(), "`constants` of the identification is empty; name at least one");
+        for (path, [low, high]) in &self.constants {
+            let log = *low > 0.0 && high > low && high.is_finite();
+            anyhow::ensure!(log, "the bounds of `{path}` are [{low}, {high}]; give 0 < low < high");
+        }
+        let counts = [("evaluations", self.evaluations), ("windows", self.windows), ("horizon", self.horizon)];
+        for (key, value) in counts {
+            anyhow::ensure!(value > 0, "`{key}` of the identification is 0; give at least 1");
+        }
+        let inside = self.sigma > 0.0 && self.sigma <= 1.0;
+        anyhow::ensure!(inside, "`sigma` of the identification is {}; give a number from 0 to 1", self.sigma);
+        Ok(Identifier { spec: self })
+    }
+}

@@ -1,0 +1,31 @@
+//! Fitting models to data: one loop for everything learned, identification for everything written.
+//!
+//! Both minimise the same number on the same windows of the training episodes, the error [`Matched`], so that their
+//! results can be compared; [`evaluate`] then scores any model on episodes that neither has seen.
+mod adam;
+mod checkpoint;
+mod constants;
+mod evaluate;
+mod identify;
+mod identify_spec;
+mod journal;
+mod matched;
+mod schedule;
+mod search;
+mod split;
+mod train_spec;
+mod trainer;
+mod validation;
+mod window;
+
+pub use adam::Adam;
+pub use constants::{replace, value};
+pub use evaluate::{Evaluation, evaluate};
+pub use identify::{Constant, Errors, Identification, Identifier};
+pub use identify_spec::IdentifySpec;
+pub use matched::{Matched, displacement_scale};
+pub use schedule::rate_at;
+pub use split::{Split, Tools};
+pub use train_spec::{Keep, TrainSpec};
+pub use trainer::{Trained, Trainer};
+pub use window::{Window, Windows};

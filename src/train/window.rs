@@ -1,0 +1,233 @@
+//! Windows: K consecutive control steps of an episode, the examples that every model is fitted to.
+use super::split::Tools;
+use crate::data::Episode;
+use crate::state::{Control, Particles, Scene, ToolShape};
+use anyhow::Context;
+use glam::DVec3;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use std::sync::Arc;
+
+/// What a model is told at the start of a window, and what the world did next.
+#[derive(Clone, Debug)]
+pub struct Window<'a> {
+    /// The start: particles and tool poses at step t.
+    pub scene: Scene,
+    /// K controls.
+    pub controls: &'a [Control],
+    /// The K states that followed in the world.
+    pub targets: &'a [Particles],
+}
+
+impl<'a> Window<'a> {
+    /// Steps `start` to `start + length` of an episode; the range lies inside it.
+    pub fn of(episode: &'a Episode, start: usize, length: usize, shape: &Arc<ToolShape>) -> Self {
+        let poses = if start == 0 { &episode.start } else { &episode.controls[start - 1].poses };
+        Self {
+            scene: Scene {
+                particles: episode.states[start].clone(),
+                tool: shape.clone(),
+                poses: poses.clone(),
+                interval: episode.interval,
+                snapshot: None,
+            },
+            controls: &episode.controls[start..start + length],
+            targets: &episode.states[start + 1..=start + length],
+        }
+    }
+
+    /// Adds random-walk noise to the start, the targets staying true.
+    ///
+    /// Two steps of a walk `n₋₁ ~ N(0, σ²/2)`, `n₀ = n₋₁ + N(0, σ²/2)` per coordinate shift the previous and the present
+    /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`. `sigma` in \[m\].
+    /// After Sanchez-Gonzalez et al. (2020), appendix B.
+    pub fn disturb(&mut self, sigma: f64, rng: &mut ChaCha8Rng) {
+        let share = sigma * 0.5_f64.sqrt();
+        let mut step = || DVec3::from_array(std::array::from_fn(|_| share * normal(rng)));
+        let particles = &mut self.scene.particles;
+        for (position, velocity) in particles.positions.iter_mut().zip(&mut particles.velocities) {
+            let (before, now) = (step(), step());
+            *position += before + now;
+            *velocity += now / self.scene.interval;
+        }
+    }
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// All windows of one length over some episodes, and which of them show motion.
+pub struct Windows<'a> {
+    episodes: Vec<(&'a Episode, &'a Arc<ToolShape>)>,
+    all: Vec<(usize, usize)>,
+    moving: Vec<(usize, usize)>,
+    length: usize,
+}
+
+impl<'a> Windows<'a> {
+    /// Windows of `length` steps; one is moving when some particle goes further than `motion` \[m\] in one of its steps.
+    ///
+    /// # Errors
+    /// A sentence naming the episode that is too short, incomplete, not finite, or whose tool is not in `tools`.
+    pub fn new(
+        episodes: impl IntoIterator<Item = &'a Episode>,
+        tools: &'a Tools,
+        length: usize,
+        motion: f64,
+    ) -> anyhow::Result<Self> {
+        let mut windows = Self { episodes: Vec::new(), all: Vec::new(), moving: Vec::new(), length };
+        for (e, episode) in episodes.into_iter().enumerate() {
+            let steps = check(episode, length).with_context(|| format!("episode {e} of the data cannot be used"))?;
+            let shape = tools.get(&episode.tool).with_context(|| {
+                format!("episode {e} was made with the tool \"{}\", of which there is no shape", episode.tool)
+            })?;
+            windows.episodes.push((episode, shape));
+            let moves: Vec<bool> = episode.states.windows(2).map(|pair| shifts(pair).any(|d| d > motion)).collect();
+            for start in 0..=steps - length {
+                windows.all.push((e, start));
+                if moves[start..start + length].contains(&true) {
+                    windows.moving.push((e, start));
+                }
+            }
+        }
+        Ok(windows)
+    }
+
+    /// Number of windows.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Windows of every episode in turn, from its first step to its last.
+    pub fn iter(&self) -> impl Iterator<Item = Window<'a>> + '_ {
+        self.all.iter().map(|at| self.window(*at))
+    }
+
+    /// Draws a window: with probability `moving` one in which something moves, else any. Returns its episode too.
+    pub fn draw(&self, moving: f64, rng: &mut ChaCha8Rng) -> (usize, Window<'a>) {
+        let list = if rng.random::<f64>() < moving && !self.moving.is_empty() { &self.moving } else { &self.all };
+        let at = list[rng.random_range(0..list.len())];
+        (at.0, self.window(at))
+    }
+
+    /// `count` different windows (or all there are) at even distances through the list of all, in its order.
+    pub fn spread(&self, count: usize) -> Vec<Window<'a>> {
+        self.evenly(&self.all, count)
+    }
+
+    /// `count` different windows in which something moves (or all there are) at even distances, in order.
+    pub fn spread_moving(&self, count: usize) -> Vec<Window<'a>> {
+        self.evenly(&self.moving, count)
+    }
+
+    fn evenly(&self, list: &[(usize, usize)], count: usize) -> Vec<Window<'a>> {
+        let count = count.min(list.len());
+        // The middle of each of `count` equal shares, so that neither the first nor the last steps are preferred.
+        (0..count).map(|i| self.window(list[(2 * i + 1) * list.len() / (2 * count)])).collect()
+    }
+
+    fn window(&self, (episode, start): (usize, usize)) -> Window<'a> {
+        let (episode, shape) = self.episodes[episode];
+        Window::of(episode, start, self.length, shape)
+    }
+}
+
+/// How far each particle goes between two states \[m\].
+pub(super) fn shifts(pair: &[Particles]) -> impl Iterator<Item = f64> + '_ {
+    pair[0].positions.iter().zip(&pair[1].positions).map(|(a, b)| a.distance(*b))
+}
+
+fn check(episode: &Episode, length: usize) -> anyhow::Result<usize> {
+    let (steps, states) = (episode.controls.len(), episode.states.len());
+    anyhow::ensure!(states == steps + 1, "it has {states} states and {steps} controls, one more state is needed");
+    anyhow::ensure!(steps >= length, "it has {steps} control steps, fewer than the {length} of a window");
+    let count = episode.states[0].len();
+    for (t, state) in episode.states.iter().enumerate() {
+        anyhow::ensure!(
+            state.len() == count && state.velocities.len() == count,
+            "its step {t} has not {count} particles"
+        );
+        anyhow::ensure!(state.is_finite(), "its step {t} contains a number that is not finite");
+    }
+    Ok(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::Pose;
+    use rand::SeedableRng;
+
+    /// Three particles over six steps; the last moves at steps 3 and 4 only.
+    fn episode() -> Episode {
+        let place = |t: usize| DVec3::X * [0.0, 0.0, 0.0, 0.01, 0.03, 0.03, 0.03][t];
+        let state = |t| Particles::at_rest(vec![DVec3::ZERO, DVec3::Y, place(t)]);
+        let pose = |t: usize| Pose { translation: DVec3::Z * t as f64, ..Pose::default() };
+        Episode {
+            tool: "press".into(),
+            theta: Vec::new(),
+            interval: 0.1,
+            start: vec![pose(0)],
+            controls: (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect(),
+            states: (0..=6).map(state).collect(),
+        }
+    }
+
+    fn tools() -> Tools {
+        Tools::from([("press".to_owned(), Arc::new(ToolShape { parts: Vec::new() }))])
+    }
+
+    #[test]
+    fn a_window_starts_where_the_tool_stands_and_ends_with_its_last_target() {
+        let (episode, tools) = (episode(), tools());
+        let list = [episode];
+        let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
+        assert_eq!(windows.len(), 5);
+        for (t, window) in windows.iter().enumerate() {
+            assert_eq!(window.scene.poses[0].translation.z, t as f64);
+            assert_eq!(window.controls[1].poses[0].translation.z, t as f64 + 2.0);
+            assert_eq!(window.targets, &list[0].states[t + 1..t + 3]);
+        }
+    }
+
+    #[test]
+    fn only_windows_in_which_something_moves_are_preferred() {
+        let (list, tools) = ([episode()], tools());
+        let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
+        assert_eq!(windows.moving, [(0, 1), (0, 2), (0, 3)]);
+        assert_eq!(windows.spread_moving(9).len(), 3);
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut at_rest = |moving: f64| {
+            let moves = |w: &Window<'_>| w.scene.particles.positions[2] != w.targets[1].positions[2];
+            (0..2000).filter(|_| !moves(&windows.draw(moving, &mut rng).1)).count()
+        };
+        assert_eq!(at_rest(1.0), 0);
+        let rare = at_rest(0.5);
+        assert!((300..500).contains(&rare), "2 of 5 windows rest, half of the draws are preferred: {rare} of 2000");
+    }
+
+    #[test]
+    fn noise_shifts_position_and_velocity_as_a_walk_of_two_steps() {
+        let (mut episode, tools, sigma) = (episode(), tools(), 2e-3);
+        episode.states.iter_mut().for_each(|s| *s = Particles::at_rest(vec![DVec3::ZERO; 4000]));
+        let mut window = Window::of(&episode, 0, 2, &tools["press"]);
+        let targets = window.targets.to_vec();
+        window.disturb(sigma, &mut ChaCha8Rng::seed_from_u64(5));
+        assert_eq!(window.targets, targets);
+        let Particles { positions, velocities } = &window.scene.particles;
+        let mean = |f: &dyn Fn(usize) -> f64| (0..4000).map(f).sum::<f64>() / (3.0 * 4000.0);
+        let position = mean(&|i| positions[i].length_squared()).sqrt();
+        let last = mean(&|i| (velocities[i] * 0.1).length_squared()).sqrt();
+        let both = mean(&|i| positions[i].dot(velocities[i] * 0.1));
+        assert!((position / sigma - 1.0).abs() < 0.03, "σ of the position is {position}");
+        assert!((last / sigma - 0.5_f64.sqrt()).abs() < 0.03, "σ of the last step is {last}");
+        assert!((both / sigma.powi(2) - 0.5).abs() < 0.05, "the position contains the last step");
+    }
+}

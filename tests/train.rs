@@ -1,0 +1,190 @@
+//! Training finds the truth, and how often or on how many threads it runs changes nothing.
+mod toy;
+use pliant::model::{Cost, WorldModel};
+use pliant::train::{Keep, Matched, Split, TrainSpec, Trained, Window};
+use pliant::watch::Watch;
+use std::path::Path;
+use toy::Toy;
+
+const TRUTH: [f32; 3] = [0.5, 0.8, 0.3];
+
+fn spec() -> TrainSpec {
+    TrainSpec {
+        steps: 60,
+        batch: 5,
+        horizon: 3,
+        rate: 0.05,
+        warm_up: 5,
+        last_rate: 0.01,
+        noise: 0.0,
+        clip: 1.0,
+        moving: 0.5,
+        motion: 1e-6,
+        validation: 0.25,
+        validation_windows: 6,
+        validation_horizon: 4,
+        validate_every: 10,
+        log_every: 5,
+        keep: Keep::Best,
+        seed: 7,
+    }
+}
+
+fn run(spec: &TrainSpec, model: &mut Toy, split: &Split, folder: &Path, watch: &Watch) -> anyhow::Result<Trained> {
+    spec.clone().build()?.train(model, split, folder, watch)
+}
+
+/// Lines of `metrics.jsonl` without the time they took.
+fn journal(folder: &Path) -> Vec<serde_json::Value> {
+    let text = std::fs::read_to_string(folder.join("metrics.jsonl")).unwrap();
+    let line = |line| {
+        let mut line: serde_json::Value = serde_json::from_str(line).unwrap();
+        line.as_object_mut().unwrap().shift_remove("seconds").expect("a time in every line");
+        line
+    };
+    text.lines().map(line).collect()
+}
+
+#[test]
+fn weight_gradient_of_the_matched_error_agrees_with_central_differences() {
+    let episodes = toy::episodes(&Toy::new(TRUTH), 1, 6, 3);
+    let window = Window::of(&episodes[0], 1, 4, &toy::tools()["pusher"]);
+    let cost = Matched { targets: window.targets, scale: 0.002 };
+    let at = [0.4, 0.6, 0.1];
+    let gradient = Toy::new(at).weight_gradient(&window.scene, window.controls, &cost).unwrap().weights;
+    for i in 0..3 {
+        let nudged = |h: f32| {
+            let mut weights = at;
+            weights[i] += h;
+            (f64::from(weights[i]), cost.total(&Toy::new(weights).rollout(&window.scene, window.controls)))
+        };
+        let ((a, low), (b, high)) = (nudged(-1e-3), nudged(1e-3));
+        let difference = (high - low) / (b - a);
+        assert!(difference.abs() > 1e-3, "a difference that is trivially zero proves nothing");
+        assert!((f64::from(gradient[i]) - difference).abs() < 1e-4 * difference.abs(), "weight {i}");
+    }
+}
+
+#[test]
+fn training_finds_the_weights_that_made_the_data() {
+    let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
+    let mut model = Toy::new([0.0, 0.1, 0.0]);
+    let spec = TrainSpec { steps: 400, validate_every: 100, log_every: 100, ..spec() };
+    let trained = run(&spec, &mut model, &split, folder.path(), &Watch::silent()).unwrap();
+    for (w, truth) in model.weights.iter().zip(TRUTH) {
+        assert!((w - truth).abs() < 0.01, "{:?} instead of {TRUTH:?}", model.weights);
+    }
+    let held_out = trained.held_out.clone().unwrap();
+    assert!(held_out.one_step < 0.02 * held_out.still_one_step, "{held_out:?}");
+    let report = std::fs::read_to_string(folder.path().join("train.json")).unwrap();
+    assert_eq!(serde_json::from_str::<Trained>(&report).unwrap(), trained);
+}
+
+#[test]
+fn a_run_stopped_anywhere_ends_with_the_bits_of_one_that_was_not() {
+    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, ..spec() });
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut reference = Toy::new([0.0, 0.1, 0.0]);
+    run(&spec, &mut reference, &split, whole.path(), &Watch::silent()).unwrap();
+
+    let stop_after = |steps: usize| {
+        let watch = Watch::silent();
+        let mut model = Toy { stop: Some((watch.clone(), steps + 1)), ..Toy::new([0.0, 0.1, 0.0]) };
+        let error = run(&spec, &mut model, &split, parts.path(), &watch).unwrap_err().to_string();
+        assert!(error.contains("goes on"), "{error}");
+    };
+    stop_after(13);
+    let checkpoint = parts.path().join("checkpoint.bin");
+    let early = std::fs::read(&checkpoint).unwrap();
+    stop_after(14);
+    // As after a kill: the journal is ahead of the checkpoint and its last line is torn.
+    std::fs::write(&checkpoint, early).unwrap();
+    let metrics = parts.path().join("metrics.jsonl");
+    let torn = std::fs::read_to_string(&metrics).unwrap() + "{\"step\":2";
+    std::fs::write(&metrics, torn).unwrap();
+    let mut resumed = Toy::new([0.0, 0.1, 0.0]);
+    run(&spec, &mut resumed, &split, parts.path(), &Watch::silent()).unwrap();
+
+    assert_eq!(bits(&resumed), bits(&reference));
+    assert_eq!(journal(parts.path()), journal(whole.path()));
+    let steps: Vec<u64> = journal(whole.path()).iter().map(|l| l["step"].as_u64().unwrap()).collect();
+    assert_eq!(steps, (1..=12).map(|i| 5 * i).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, ..spec() });
+    let trained = |threads: usize| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut model = Toy::new([0.0, 0.1, 0.0]);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let trained = pool.install(|| run(&spec, &mut model, &split, folder.path(), &Watch::silent())).unwrap();
+        (bits(&model), trained.held_out, journal(folder.path()))
+    };
+    assert_eq!(trained(1), trained(2));
+}
+
+#[test]
+fn noise_changes_what_is_learned_and_the_seed_what_is_drawn() {
+    let split = toy::split(&Toy::new(TRUTH));
+    let trained = |spec: TrainSpec| {
+        let (folder, mut model) = (tempfile::tempdir().unwrap(), Toy::new([0.0, 0.1, 0.0]));
+        run(&spec, &mut model, &split, folder.path(), &Watch::silent()).unwrap();
+        bits(&model)
+    };
+    let plain = trained(spec());
+    assert_ne!(plain, trained(TrainSpec { noise: 1e-3, ..spec() }));
+    assert_ne!(plain, trained(TrainSpec { seed: 8, ..spec() }));
+    assert_eq!(plain, trained(spec()));
+}
+
+#[test]
+fn a_loss_that_is_not_finite_stops_with_step_and_episodes_and_keeps_the_files() {
+    let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
+    let mut model = Toy::new([0.0, f32::NAN, 0.0]);
+    let error = run(&spec(), &mut model, &split, folder.path(), &Watch::silent()).unwrap_err().to_string();
+    assert!(error.contains("step 1") && error.contains("episodes"), "{error}");
+    assert!(!folder.path().join("checkpoint.bin").exists());
+}
+
+#[test]
+fn a_checkpoint_that_is_damaged_or_not_ours_is_refused_and_left_alone() {
+    let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
+    let start = || Toy::new([0.0, 0.1, 0.0]);
+    run(&spec(), &mut start(), &split, folder.path(), &Watch::silent()).unwrap();
+    let checkpoint = folder.path().join("checkpoint.bin");
+    let whole = std::fs::read(&checkpoint).unwrap();
+
+    let other = TrainSpec { rate: 0.01, ..spec() };
+    let error = run(&other, &mut start(), &split, folder.path(), &Watch::silent()).unwrap_err().to_string();
+    assert!(error.contains("checkpoint.bin belongs to"), "{error}");
+    assert_eq!(std::fs::read(&checkpoint).unwrap(), whole);
+
+    std::fs::write(&checkpoint, &whole[..whole.len() / 2]).unwrap();
+    let error = run(&spec(), &mut start(), &split, folder.path(), &Watch::silent()).unwrap_err();
+    assert!(format!("{error:#}").contains("damaged"), "{error:#}");
+}
+
+#[test]
+fn data_that_cannot_be_used_is_named() {
+    let good = toy::split(&Toy::new(TRUTH));
+    let fails = |change: &dyn Fn(&mut Split)| {
+        let (mut split, folder) = (good.clone(), tempfile::tempdir().unwrap());
+        change(&mut split);
+        let error = run(&spec(), &mut Toy::new(TRUTH), &split, folder.path(), &Watch::silent()).unwrap_err();
+        format!("{error:#}")
+    };
+    let sentences = [
+        (fails(&|s| s.train.clear()), "no particle"),
+        (fails(&|s| s.train[2].states[3].positions[1].x = f64::NAN), "episode 2"),
+        (fails(&|s| s.train[1].tool = "spoon".into()), "\"spoon\""),
+        (fails(&|s| s.train[0].controls.truncate(2)), "7 states and 2 controls"),
+    ];
+    for (sentence, part) in sentences {
+        assert!(sentence.contains(part), "{sentence}");
+    }
+}
+
+fn bits(model: &Toy) -> Vec<u32> {
+    model.weights.iter().map(|w| w.to_bits()).collect()
+}
