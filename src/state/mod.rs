@@ -6,6 +6,7 @@ mod particles;
 mod pose;
 mod scene;
 mod solid;
+mod stream;
 mod surface;
 
 pub use action::ActionSpace;
@@ -13,3 +14,4 @@ pub use particles::{Particles, ParticlesGrad, Rollout};
 pub use pose::{Pose, PoseGrad, Twist};
 pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
 pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape, TriangleMesh};
+pub use stream::stream;
