@@ -7,6 +7,7 @@ mod pose;
 mod scene;
 mod solid;
 mod stream;
+mod surface;
 
 pub use action::ActionSpace;
 pub use particles::{Particles, ParticlesGrad, Rollout};
