@@ -6,6 +6,7 @@ mod particles;
 mod pose;
 mod scene;
 mod solid;
+mod surface;
 
 pub use action::ActionSpace;
 pub use particles::{Particles, ParticlesGrad, Rollout};
