@@ -69,6 +69,17 @@ fn look() {
         let e = extent(x);
         eprintln!("{t:3} height {:.4} width {:.4} low {:.4} speed {:.4} mean {:.5}", e.0, e.1, low, speed, mean);
     }
+    let mut near = scene.clone();
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    near.particles.positions.iter_mut().for_each(|x| *x += 1e-10 * (DVec3::from_array(rng.random::<[f64; 3]>()) - 0.5));
+    let other = model.rollout(&near, &controls);
+    let apart = |t: usize| {
+        rollout[t].positions.iter().zip(&other[t].positions).map(|(a, b)| a.distance_squared(*b)).sum::<f64>().sqrt()
+    };
+    for t in 0..16 {
+        eprint!("{:.0} ", apart(t) / apart(0));
+    }
+    eprintln!(" growth");
     let still: Vec<Control> = (0..30).map(|_| at(0.1)).collect();
     let rest = model.rollout(&scene, &still);
     for t in [0, 1, 2, 5, 15, 30] {
