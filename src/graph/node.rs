@@ -9,7 +9,7 @@ pub struct Nodes {
     pub particles: usize,
     /// Positions \[m\]; the floor's row is zero, its place is below each receiver.
     pub positions: Vec<DVec3>,
-    /// Velocities \[m/s\].
+    /// Velocities \[m/s\]; a tool sample's is that of its part's twist at the end pose, `linear + angular × (p − t)`.
     pub velocities: Vec<DVec3>,
     /// Outward unit normals; zero for particles.
     pub normals: Vec<DVec3>,
@@ -28,14 +28,11 @@ impl Nodes {
             parts: vec![None; particles.len()],
         };
         for (k, ((part, from), to)) in tool.parts.iter().zip(before).zip(poses).enumerate() {
+            let twist = from.twist_to(to, interval);
             for point in &part.surface {
-                let position = to.apply(point.position);
-                nodes.push(
-                    position,
-                    (position - from.apply(point.position)) / interval,
-                    to.rotation * point.normal,
-                    Some(k as u32),
-                );
+                let arm = to.rotation * point.position;
+                let velocity = twist.linear + twist.angular.cross(arm);
+                nodes.push(arm + to.translation, velocity, to.rotation * point.normal, Some(k as u32));
             }
         }
         nodes.push(DVec3::ZERO, DVec3::ZERO, DVec3::Z, None);

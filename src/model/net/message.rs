@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Constant factor c of every message: about one over the number of neighbours that count.
 const SCALE: f32 = 0.2;
 /// Edges at a time: a block of both hidden layers stays in the first two caches.
-const BLOCK: usize = 128;
+const BLOCK: usize = 192;
 
 /// The weights of an edge network up to its last hidden layer.
 #[derive(Clone)]

@@ -46,11 +46,18 @@ fn read(network: &Network, bytes: &[u8]) -> anyhow::Result<Vec<f32>> {
     let stored = header.metadata().as_ref().and_then(|m| m.get(ARCHITECTURE));
     let stored = stored.and_then(|text| serde_json::from_str::<Architecture>(text).ok());
     let expected = network.architecture();
-    if let Some(stored) = stored.filter(|s| s != expected) {
-        bail!("the file holds weights of {}, but the config asks for {}", sentence(&stored), sentence(expected));
-    }
     let file = SafeTensors::deserialize(bytes).context(damaged)?;
-    let mut weights = Vec::with_capacity(expected.weight_count());
+    let weights = matrices(network, &file);
+    if let Some(stored) = stored.filter(|s| s != expected) {
+        let story =
+            format!("the file holds weights of {}, but the config asks for {}", sentence(&stored), sentence(expected));
+        return weights.and_then(|_| bail!("the shapes fit by chance")).context(story);
+    }
+    weights
+}
+
+fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32>> {
+    let mut weights = Vec::with_capacity(network.architecture().weight_count());
     for (name, (rows, columns), _) in network.named() {
         let found = file.tensor(name).ok();
         let found = found.with_context(|| format!("{name} is missing; expected shape [{rows}, {columns}]"))?;
@@ -66,7 +73,7 @@ fn read(network: &Network, bytes: &[u8]) -> anyhow::Result<Vec<f32>> {
         ensure!(weights[before..].iter().all(|x| x.is_finite()), "{name} holds a number that is not finite");
     }
     let extra = file.names().len().saturating_sub(network.named().count());
-    ensure!(extra == 0, "the file holds {extra} matrices that {} does not have", sentence(expected));
+    ensure!(extra == 0, "the file holds {extra} matrices too many for {}", sentence(network.architecture()));
     Ok(weights)
 }
 

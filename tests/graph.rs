@@ -1,0 +1,137 @@
+//! Edges found through the cell list are those that all pairs give, in the promised order.
+use glam::{DQuat, DVec3};
+use pliant::graph::{EDGE_KINDS, Graph, GraphSpec};
+use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+const INTERVAL: f64 = 0.1;
+
+fn connect(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64, kinds: &[&str]) -> Graph {
+    let spec = json!({ "kind": "radius", "radius": radius, "edges": kinds });
+    let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
+    assert_eq!(policy.reach(), radius);
+    let before: Vec<_> = poses.iter().map(|p| Pose { translation: p.translation + DVec3::Z * 0.01, ..*p }).collect();
+    policy.connect(&Particles::at_rest(points.to_vec()), tool, &before, poses, INTERVAL)
+}
+
+fn all_kinds() -> Vec<&'static str> {
+    EDGE_KINDS.iter().map(|k| k.name()).collect()
+}
+
+fn tool(rng: &mut ChaCha8Rng, parts: usize, samples: usize) -> (ToolShape, Vec<Pose>) {
+    let surface = |rng: &mut ChaCha8Rng| {
+        let point = |rng: &mut ChaCha8Rng| SurfacePoint { position: cloud(rng, 1, 0.03)[0], normal: DVec3::X };
+        (0..samples).map(|_| point(rng)).collect()
+    };
+    let solid = || Solid::Cuboid { half: DVec3::splat(0.03) };
+    let shape = ToolShape { parts: (0..parts).map(|_| Part { solid: solid(), surface: surface(rng) }).collect() };
+    let pose =
+        |_| Pose { translation: cloud(rng, 1, 0.03)[0], rotation: DQuat::from_scaled_axis(cloud(rng, 1, 2.0)[0]) };
+    (shape, (0..parts).map(pose).collect())
+}
+
+fn cloud(rng: &mut ChaCha8Rng, count: usize, size: f64) -> Vec<DVec3> {
+    (0..count).map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(-size..size)))).collect()
+}
+
+/// Every kind's edges as (receiver, sender) from all pairs.
+fn all_pairs(graph: &Graph, radius: f64) -> Vec<Vec<(usize, usize)>> {
+    let nodes = &graph.nodes;
+    let joined = |i: usize, j: usize| match j {
+        _ if j == nodes.floor() => nodes.positions[i].z < radius,
+        _ => i != j && (nodes.positions[i] - nodes.positions[j]).length_squared() < radius * radius,
+    };
+    let ranges = [0..nodes.particles, nodes.particles..nodes.floor(), nodes.floor()..nodes.len()];
+    let row = |i: usize, range: std::ops::Range<usize>| range.filter(move |j| joined(i, *j)).map(move |j| (i, j));
+    ranges.map(|r| (0..nodes.particles).flat_map(|i| row(i, r.clone())).collect()).to_vec()
+}
+
+fn assert_matches(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64) -> usize {
+    let graph = connect(points, tool, poses, radius, &all_kinds());
+    let expected = all_pairs(&graph, radius);
+    assert_eq!(graph.edges.len(), EDGE_KINDS.len());
+    for (set, expected) in graph.edges.iter().zip(&expected) {
+        assert_eq!(set.offsets.len(), points.len() + 1);
+        assert_eq!(*set.offsets.last().unwrap() as usize, set.len());
+        let pairs: Vec<_> = set.pairs().collect();
+        assert!(pairs.is_sorted(), "by receiver, then by sender");
+        assert_eq!(&pairs, expected, "{} points, radius {radius}", points.len());
+    }
+    expected.iter().map(Vec::len).sum()
+}
+
+#[test]
+fn random_clouds_agree_with_all_pairs() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut found = 0;
+    for trial in 0..60 {
+        let (shape, poses) = tool(&mut rng, trial % 3 + 1, [0, 1, 40][trial % 3]);
+        let count = [0, 1, 2, 7, 60, 150][trial % 6];
+        let points = cloud(&mut rng, count, [0.02, 0.1, 5.0][trial / 3 % 3]);
+        found += assert_matches(&points, &shape, &poses, [0.01, 0.03, 0.2][trial / 9 % 3]);
+    }
+    assert!(found > 10_000, "the clouds have edges to find: {found}");
+}
+
+#[test]
+fn degenerate_clouds_agree_with_all_pairs() {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let (shape, poses) = tool(&mut rng, 2, 10);
+    let bare = ToolShape { parts: Vec::new() };
+    let coincident = vec![DVec3::new(0.3, -0.2, 0.004); 20];
+    assert_eq!(assert_matches(&coincident, &bare, &[], 0.01), 20 * 19 + 20);
+    assert_eq!(assert_matches(&[], &bare, &[], 0.01), 0);
+    assert_eq!(assert_matches(&[DVec3::Z], &bare, &[], 0.01), 0);
+    assert_eq!(assert_matches(&[DVec3::ZERO], &bare, &[], 0.01), 1);
+    // All in one cell; two far apart; exactly one radius apart, which is not within it; points on cell borders.
+    assert_matches(&cloud(&mut rng, 50, 0.001), &shape, &poses, 0.5);
+    assert_matches(&[DVec3::splat(-1e6), DVec3::splat(1e6), DVec3::splat(1e6 + 0.001)], &shape, &poses, 0.01);
+    assert_eq!(assert_matches(&[DVec3::Z, DVec3::Z * 1.5], &bare, &[], 0.5), 0);
+    let lattice: Vec<_> =
+        (0..125).map(|i| DVec3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64) * 0.25).collect();
+    assert!(assert_matches(&lattice, &bare, &[], 0.25 + 1e-9) > 500);
+    assert_matches(&lattice, &bare, &[], 0.25);
+}
+
+#[test]
+fn a_particle_at_no_number_has_no_neighbours_and_breaks_nothing() {
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let (shape, poses) = tool(&mut rng, 1, 10);
+    for bad in [DVec3::NAN, DVec3::INFINITY, DVec3::new(0.0, f64::NAN, 0.0)] {
+        let mut points = cloud(&mut rng, 30, 0.02);
+        points[7] = bad;
+        let graph = connect(&points, &shape, &poses, 0.02, &["particle", "tool"]);
+        assert!(graph.edges.iter().flat_map(|set| set.pairs()).all(|(i, j)| i != 7 && j != 7));
+    }
+}
+
+#[test]
+fn every_kind_can_be_drawn_alone() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let (shape, poses) = tool(&mut rng, 1, 30);
+    let points = cloud(&mut rng, 60, 0.02);
+    let together = connect(&points, &shape, &poses, 0.03, &all_kinds());
+    for (k, kind) in EDGE_KINDS.iter().enumerate() {
+        let alone = connect(&points, &shape, &poses, 0.03, &[kind.name()]);
+        assert!(!alone.edges[k].is_empty(), "{} is reachable", kind.name());
+        assert_eq!(alone.edges[k], together.edges[k]);
+        assert!(alone.edges.iter().enumerate().all(|(other, set)| other == k || set.is_empty()));
+        assert!(alone.edges.iter().all(|set| set.offsets.len() == points.len() + 1));
+    }
+}
+
+#[test]
+fn tool_samples_move_with_their_part() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (shape, poses) = tool(&mut rng, 2, 5);
+    let nodes = connect(&[DVec3::Z], &shape, &poses, 0.03, &all_kinds()).nodes;
+    let locals = shape.parts.iter().flat_map(|p| &p.surface);
+    for (row, local) in (1..nodes.floor()).zip(locals) {
+        let pose = poses[nodes.parts[row].unwrap() as usize];
+        assert!(nodes.positions[row].distance(pose.apply(local.position)) < 1e-12);
+        assert!(nodes.velocities[row].distance(DVec3::Z * -0.01 / INTERVAL) < 1e-12);
+    }
+    assert_eq!((nodes.parts[0], nodes.parts[nodes.floor()]), (None, None));
+}

@@ -1,0 +1,299 @@
+//! The learned law: exact derivatives through particles, tool poses, twists and weights, and the symmetries it promises.
+use glam::{DQuat, DVec3};
+use pliant::graph::{Graph, GraphSpec};
+use pliant::model::law::{Law, Learned, LearnedSpec, Rate, View, ViewGrad};
+use pliant::model::net::Sharing;
+use pliant::state::{Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, SurfacePoint, ToolShape, Twist};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+const RADIUS: f64 = 0.02;
+const INTERVAL: f64 = 0.1;
+const SCALE: f64 = 0.004;
+
+#[derive(Clone)]
+struct Moment {
+    particles: Particles,
+    tool: ToolShape,
+    poses: Vec<Pose>,
+    twists: Vec<Twist>,
+}
+
+fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-size..size)))
+}
+
+impl Moment {
+    fn random(count: usize) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(11);
+        let positions = (0..count).map(|_| vector(&mut rng, 0.02) + DVec3::Z * 0.02).collect();
+        let velocities = (0..count).map(|_| vector(&mut rng, 0.04)).collect();
+        let mut part = || Part {
+            solid: Solid::Cuboid { half: DVec3::splat(0.01) },
+            surface: (0..12)
+                .map(|_| SurfacePoint { position: vector(&mut rng, 0.015), normal: vector(&mut rng, 1.0).normalize() })
+                .collect(),
+        };
+        let tool = ToolShape { parts: vec![part(), part()] };
+        let pose = |s: f64| Pose {
+            translation: DVec3::new(0.01 * s, 0.003, 0.02),
+            rotation: DQuat::from_scaled_axis(DVec3::new(0.4 * s, -0.3, 0.7)),
+        };
+        let twist =
+            |s: f64| Twist { linear: DVec3::new(0.02, -0.03 * s, 0.01), angular: DVec3::new(1.0, 0.5, -0.7 * s) };
+        Self {
+            particles: Particles { positions, velocities },
+            tool,
+            poses: vec![pose(1.0), pose(-1.0)],
+            twists: vec![twist(1.0), twist(-1.0)],
+        }
+    }
+
+    /// A graph that reaches beyond the law, drawn anew wherever things stand.
+    fn graph(&self) -> Graph {
+        let spec = json!({ "kind": "radius", "radius": 1.2 * RADIUS, "edges": ["particle", "tool", "floor"] });
+        let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
+        policy.connect(&self.particles, &self.tool, &self.poses, &self.poses, INTERVAL)
+    }
+
+    fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
+        View {
+            particles: &self.particles,
+            graph,
+            tool: &self.tool,
+            poses: &self.poses,
+            twists: &self.twists,
+            interval: INTERVAL,
+        }
+    }
+
+    fn acceleration(&self, law: &Learned) -> Vec<DVec3> {
+        let graph = self.graph();
+        let mut out = vec![DVec3::ZERO; self.particles.len()];
+        law.accelerate(&self.view(&graph), &mut out);
+        out
+    }
+}
+
+fn spec(width: usize) -> LearnedSpec {
+    LearnedSpec {
+        width,
+        rounds: 2,
+        sharing: Sharing::Shared,
+        edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
+        radius: RADIUS,
+        scale: SCALE,
+        seed: 1,
+        weights: None,
+    }
+}
+
+/// A law that was shaken out of its zero start.
+fn shaken() -> Learned {
+    let mut law = spec(16).build().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let weights: Vec<f32> = law.weights().iter().map(|w| w + rng.random_range(-0.15..0.15)).collect();
+    law.set_weights(&weights);
+    law
+}
+
+fn cotangent(count: usize) -> Vec<DVec3> {
+    let mut rng = ChaCha8Rng::seed_from_u64(13);
+    (0..count).map(|_| vector(&mut rng, 1.0)).collect()
+}
+
+/// Fourth-order central difference along one line.
+fn along(h: f64, cost: impl Fn(f64) -> f64) -> f64 {
+    (8.0 * (cost(h) - cost(-h)) - (cost(2.0 * h) - cost(-2.0 * h))) / (12.0 * h)
+}
+
+#[test]
+fn derivatives_agree_with_central_differences() {
+    let (law, here) = (shaken(), Moment::random(40));
+    let at = cotangent(40);
+    let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };
+    let graph = here.graph();
+    let mut weights = vec![0.0; law.weights().len()];
+    let mut grad = ViewGrad {
+        particles: ParticlesGrad::zero(40),
+        poses: vec![PoseGrad::default(); 2],
+        twists: vec![Twist::default(); 2],
+        weights: &mut weights,
+    };
+    law.accelerate_vjp(&here.view(&graph), &at, &mut grad);
+    // Steps are fractions of what each quantity is measured in; tolerances are relative to the largest of its kind.
+    let close = |name: &str, exact: &[f64], found: &[f64], floor: f64| {
+        let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        assert!(size > floor, "{name}: a trivial derivative, {size}");
+        for (k, (e, f)) in exact.iter().zip(found).enumerate() {
+            assert!((e - f).abs() < 3e-3 * size, "{name} {k}: {e} against {f}");
+        }
+    };
+
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    let directions: Vec<Vec<DVec3>> = (0..6).map(|_| (0..40).map(|_| vector(&mut rng, 1.0)).collect()).collect();
+    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let moved = |x: &[DVec3], d: &[DVec3], s: f64| x.iter().zip(d).map(|(x, d)| *x + s * *d).collect::<Vec<_>>();
+    let exact = |g: &[DVec3], unit: f64| directions.iter().map(|d| unit * dot(g, d)).collect::<Vec<_>>();
+    let found = directions.iter().map(|d| {
+        along(1e-2, |s| {
+            let mut m = here.clone();
+            m.particles.positions = moved(&m.particles.positions, d, s * RADIUS);
+            cost(&law, &m)
+        })
+    });
+    close("positions", &exact(&grad.particles.positions, RADIUS), &found.collect::<Vec<_>>(), 0.1);
+    let found = directions.iter().map(|d| {
+        along(3e-2, |s| {
+            let mut m = here.clone();
+            m.particles.velocities = moved(&m.particles.velocities, d, s * SCALE / INTERVAL);
+            cost(&law, &m)
+        })
+    });
+    close("velocities", &exact(&grad.particles.velocities, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.1);
+
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let tool_motions: [(&str, f64, fn(&mut Moment, usize, DVec3)); 4] = [
+        ("translation", RADIUS, |m, k, d| m.poses[k].translation += d),
+        ("rotation", 1.0, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
+        ("linear", SCALE / INTERVAL, |m, k, d| m.twists[k].linear += d),
+        ("angular", SCALE / INTERVAL / 0.02, |m, k, d| m.twists[k].angular += d),
+    ];
+    for (name, unit, nudge) in tool_motions {
+        let (mut exact, mut found) = (Vec::new(), Vec::new());
+        for (k, axis) in (0..2).flat_map(|k| axes.map(|axis| (k, axis))) {
+            let g = match name {
+                "translation" => grad.poses[k].translation,
+                "rotation" => grad.poses[k].rotation,
+                "linear" => grad.twists[k].linear,
+                _ => grad.twists[k].angular,
+            };
+            exact.push(unit * g.dot(axis));
+            found.push(along(2e-2, |s| {
+                let mut m = here.clone();
+                nudge(&mut m, k, s * unit * axis);
+                cost(&law, &m)
+            }));
+        }
+        close(name, &exact, &found, 0.02);
+    }
+
+    let before = law.weights();
+    let (mut exact, mut found) = (Vec::new(), Vec::new());
+    for _ in 0..6 {
+        let d: Vec<f32> = before.iter().map(|_| rng.random_range(-1.0..1.0)).collect();
+        exact.push(weights.iter().zip(&d).map(|(g, d)| f64::from(g * d)).sum());
+        found.push(along(1e-3, |s| {
+            let mut law = law.clone();
+            law.set_weights(&before.iter().zip(&d).map(|(w, d)| w + s as f32 * d).collect::<Vec<_>>());
+            cost(&law, &here)
+        }));
+    }
+    close("weights", &exact, &found, 1.0);
+}
+
+#[test]
+fn shifting_along_the_table_and_relabelling_change_nothing_else() {
+    let (law, here) = (shaken(), Moment::random(50));
+    let base = here.acceleration(&law);
+    let size = base.iter().fold(0.0f64, |m, a| m.max(a.length()));
+    let mut shifted = here.clone();
+    let shift = DVec3::new(0.37, -1.2, 0.0);
+    shifted.particles.positions.iter_mut().for_each(|x| *x += shift);
+    shifted.poses.iter_mut().for_each(|p| p.translation += shift);
+    let order: Vec<usize> = (0..50).map(|i| (i * 17 + 5) % 50).collect();
+    let mut relabelled = here.clone();
+    relabelled.particles.positions = order.iter().map(|&i| here.particles.positions[i]).collect();
+    relabelled.particles.velocities = order.iter().map(|&i| here.particles.velocities[i]).collect();
+    let (shifted, relabelled) = (shifted.acceleration(&law), relabelled.acceleration(&law));
+    for i in 0..50 {
+        assert!(shifted[i].distance(base[i]) < 3e-6 * size, "shift {i}");
+        assert!(relabelled[i].distance(base[order[i]]) < 3e-6 * size, "relabel {i}");
+    }
+    let mut raised = here.clone();
+    raised.particles.positions.iter_mut().for_each(|x| x.z += 0.01);
+    assert!(raised.acceleration(&law)[0].distance(base[0]) > 1e-3 * size, "height matters");
+}
+
+#[test]
+fn an_edge_appears_without_a_jump_or_a_kink() {
+    let (law, mut here) = (shaken(), Moment::random(2));
+    here.tool.parts.clear();
+    let at = |x: f64| {
+        let mut m = here.clone();
+        m.particles.positions = vec![DVec3::Z, DVec3::new(x, 0.0, 1.0)];
+        m.acceleration(&law)[0]
+    };
+    let (far, inside) = (at(1.1 * RADIUS), at(0.5 * RADIUS));
+    let whole = inside.distance(far);
+    assert!(whole > 1e-3, "the edge matters: {whole}");
+    // (1 − (r/R)²)² is 4e-6 at r = 0.999 R, so both the jump and the slope have gone.
+    assert!(at(0.999 * RADIUS).distance(far) < 1e-4 * whole);
+    assert_eq!(at(1.001 * RADIUS), far);
+}
+
+#[test]
+fn threads_share_a_law_and_an_untrained_one_is_zero() {
+    let (law, here) = (shaken(), Moment::random(60));
+    let alone = here.acceleration(&law);
+    std::thread::scope(|scope| {
+        let others: Vec<_> = (0..4).map(|_| scope.spawn(|| here.acceleration(&law))).collect();
+        assert!(others.into_iter().all(|other| other.join().unwrap() == alone));
+    });
+    assert_eq!((law.rate(), law.reach()), (Rate::Step, RADIUS));
+    assert!(here.acceleration(&spec(16).build().unwrap()).iter().all(|a| *a == DVec3::ZERO));
+    assert!(Moment::random(0).acceleration(&law).is_empty());
+}
+
+#[test]
+fn weights_survive_the_disk_and_bad_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.safetensors");
+    let law = shaken();
+    law.save(&path).unwrap();
+    let from = |width: usize, path: &std::path::Path| LearnedSpec { weights: Some(path.into()), ..spec(width) }.build();
+    let loaded = from(16, &path).unwrap();
+    assert_eq!(loaded.weights(), law.weights());
+    let bytes = std::fs::read(&path).unwrap();
+    loaded.save(&path).unwrap();
+    assert_eq!(bytes, std::fs::read(&path).unwrap(), "the same weights are the same bytes");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no half file is left");
+
+    let complaint = |width, path: &std::path::Path| format!("{:#}", from(width, path).unwrap_err());
+    let other = complaint(24, &path);
+    for part in ["w.safetensors", "width 16", "width 24", "[10, 24]", "[10, 16]"] {
+        assert!(other.contains(part), "{part} in {other}");
+    }
+    let rounds = LearnedSpec { weights: Some(path.clone()), rounds: 3, ..spec(16) }.build().unwrap_err();
+    assert!(format!("{rounds:#}").contains("3 rounds"), "{rounds:#}");
+    let bad = folder.path().join("bad.safetensors");
+    assert!(complaint(16, &bad).contains("bad.safetensors"));
+    let mut not_a_number = bytes.clone();
+    let last = bytes.len() - 4;
+    not_a_number[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    let mut hostile = bytes.clone();
+    hostile[..8].copy_from_slice(&u64::MAX.to_le_bytes());
+    let mut longer = bytes.clone();
+    longer.extend([0; 16]);
+    let cut = [0, 7, 8, 50, bytes.len() / 2, bytes.len() - 1].map(|n| bytes[..n].to_vec());
+    for damaged in cut.into_iter().chain([not_a_number, hostile, longer]) {
+        std::fs::write(&bad, &damaged).unwrap();
+        assert!(complaint(16, &bad).contains("bad.safetensors"));
+    }
+}
+
+#[test]
+fn impossible_configs_are_sentences() {
+    let complaint = |change: &dyn Fn(&mut LearnedSpec)| {
+        let mut spec = spec(16);
+        change(&mut spec);
+        format!("{:#}", spec.build().unwrap_err())
+    };
+    assert!(complaint(&|s| s.edges = vec!["flor".into()]).contains("floor"));
+    assert!(complaint(&|s| s.edges.push("tool".into())).contains("twice"));
+    assert!(complaint(&|s| s.scale = 0.0).contains("scale"));
+    assert!(complaint(&|s| s.radius = f64::NAN).contains("radius"));
+    assert!(complaint(&|s| s.width = 0).contains("width"));
+    assert!(complaint(&|s| s.rounds = 0).contains("rounds"));
+}
