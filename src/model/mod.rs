@@ -4,7 +4,17 @@
 mod dynamics;
 pub mod law;
 pub mod net;
+pub mod particles;
+pub mod still;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
 pub use world_model::{Cost, Gradient, WorldModel};
+
+family! {
+    /// Every model that a config can name.
+    ModelSpec builds Box<dyn WorldModel> {
+        Particles(particles::ParticlesSpec),
+        Still(still::StillSpec),
+    }
+}

@@ -3,15 +3,22 @@ use crate::graph::Graph;
 use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
 use glam::DVec3;
 
-mod learned;
-
-pub use learned::{Learned, LearnedSpec};
+pub mod cohesion;
+pub mod compliant;
+pub mod contact;
+pub mod floor;
+pub mod gravity;
+pub mod learned;
+pub mod pair;
+pub mod tool;
+pub mod viscosity;
 
 /// What a law may look at.
 pub struct View<'a> {
     /// Particles now.
     pub particles: &'a Particles,
-    /// Their graph; for a law of [`Rate::Substep`] pruned to the laws' reach.
+    /// Their graph. For a law of [`Rate::Step`], what the model's policy drew. For a law of [`Rate::Substep`], only a half list
+    /// of particle pairs, each once with receiver < sender, that holds at least all pairs within [`Law::reach`]; no nodes.
     pub graph: &'a Graph,
     /// Tool geometry.
     pub tool: &'a ToolShape,
@@ -65,5 +72,18 @@ pub trait Law: Send + Sync {
     /// Replaces the weights.
     fn set_weights(&mut self, weights: &[f32]) {
         assert!(weights.is_empty(), "a law without weights was given some");
+    }
+}
+
+family! {
+    /// Every law that a config can name.
+    LawSpec builds Box<dyn Law> {
+        Contact(contact::ContactSpec),
+        Cohesion(cohesion::CohesionSpec),
+        Viscosity(viscosity::ViscositySpec),
+        Floor(floor::FloorSpec),
+        Tool(tool::ToolSpec),
+        Gravity(gravity::GravitySpec),
+        Learned(learned::LearnedSpec),
     }
 }

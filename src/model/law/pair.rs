@@ -1,0 +1,77 @@
+//! Laws between two particles: equal and opposite, so linear momentum is kept to rounding.
+use super::{Law, View, ViewGrad};
+use glam::DVec3;
+
+/// Place of particle–particle edges in [`crate::graph::EDGE_KINDS`].
+pub(in crate::model) const PARTICLE: usize = 0;
+
+/// An acceleration between two particles of equal mass, from their offset `x = xᵢ − xⱼ` and relative velocity `v = vᵢ − vⱼ`.
+pub trait Pair: Send + Sync {
+    /// Distance at and beyond which it vanishes \[m\].
+    fn reach(&self) -> f64;
+    /// The acceleration of i; j gets the opposite. `square` is |x|², below the square of the reach and above zero.
+    fn acceleration(&self, offset: DVec3, square: f64, velocity: DVec3) -> DVec3;
+    /// `(∂J/∂x, ∂J/∂v)` from `at` = `∂J/∂acceleration`.
+    fn pull(&self, offset: DVec3, square: f64, velocity: DVec3, at: DVec3) -> (DVec3, DVec3);
+}
+
+/// The law that sums a [`Pair`] over the half list of neighbours, each unordered pair once.
+pub struct Pairwise<P>(pub P);
+
+impl<P: Pair> Pairwise<P> {
+    /// Calls `visit(i, j, offset, square)` with every pair within reach, in the order of the list.
+    #[inline]
+    fn visit(&self, view: &View<'_>, mut visit: impl FnMut(usize, usize, DVec3, f64)) {
+        let positions = &view.particles.positions[..];
+        let list = &view.graph.edges[PARTICLE];
+        let limit = self.0.reach() * self.0.reach();
+        for (i, at) in positions.iter().enumerate() {
+            for &j in &list.senders[list.offsets[i] as usize..list.offsets[i + 1] as usize] {
+                let offset = *at - positions[j as usize];
+                let square = offset.length_squared();
+                // Two particles in one place have no direction to push in.
+                if square < limit && square > 0.0 {
+                    visit(i, j as usize, offset, square);
+                }
+            }
+        }
+    }
+}
+
+impl<P: Pair> Law for Pairwise<P> {
+    fn reach(&self) -> f64 {
+        self.0.reach()
+    }
+
+    fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
+        let velocities = &view.particles.velocities[..];
+        self.visit(view, |i, j, offset, square| {
+            let push = self.0.acceleration(offset, square, velocities[i] - velocities[j]);
+            out[i] += push;
+            out[j] -= push;
+        });
+    }
+
+    fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        let velocities = &view.particles.velocities[..];
+        let grad = &mut grad.particles;
+        self.visit(view, |i, j, offset, square| {
+            let (x, v) = self.0.pull(offset, square, velocities[i] - velocities[j], out[i] - out[j]);
+            grad.positions[i] += x;
+            grad.positions[j] -= x;
+            grad.velocities[i] += v;
+            grad.velocities[j] -= v;
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PARTICLE;
+    use crate::graph::EDGE_KINDS;
+
+    #[test]
+    fn the_half_list_takes_the_place_of_particle_edges() {
+        assert_eq!(EDGE_KINDS[PARTICLE].name(), "particle");
+    }
+}

@@ -1,0 +1,121 @@
+//! The adjoint of one control step, substep by substep backwards.
+use super::interval::Interval;
+use super::state::StateGrad;
+use super::{ParticleModel, ParticleState};
+use crate::graph::Graph;
+use crate::model::Adjoint;
+use crate::model::law::{Rate, View, ViewGrad};
+use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
+use glam::DVec3;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// What flows backwards through an interval.
+struct Backward<'a> {
+    interval: &'a Interval<'a>,
+    particles: ParticlesGrad,
+    /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
+    from: Vec<PoseGrad>,
+    to: Vec<PoseGrad>,
+    /// What one call of the laws adds, pulled back to `from` and `to` after it.
+    poses: Vec<PoseGrad>,
+    twists: Vec<Twist>,
+}
+
+impl Backward<'_> {
+    /// Pulls `at` = `∂J/∂acceleration` back through the laws of one rate, the tool a `fraction` of its way.
+    fn laws(&mut self, rate: Rate, view: &View<'_>, at: &[DVec3], fraction: f64, weights: &mut [f32]) {
+        for (law, span) in self.interval.model.laws(rate) {
+            let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
+            let mut grad = ViewGrad {
+                particles: std::mem::take(&mut self.particles),
+                poses: std::mem::take(&mut self.poses),
+                twists: std::mem::take(&mut self.twists),
+                weights: &mut weights[own],
+            };
+            law.accelerate_vjp(view, at, &mut grad);
+            (self.particles, self.poses, self.twists) = (grad.particles, grad.poses, grad.twists);
+        }
+        let Interval { state, control, .. } = self.interval;
+        for (i, (from, to)) in state.poses.iter().zip(&control.poses).enumerate() {
+            let (pose, twist) = (std::mem::take(&mut self.poses[i]), std::mem::take(&mut self.twists[i]));
+            if (pose, twist) != (PoseGrad::default(), Twist::default()) {
+                let (at_from, at_to) = from.toward_vjp(to, fraction, &pose, &twist, state.interval);
+                add(&mut self.from[i], &at_from);
+                add(&mut self.to[i], &at_to);
+            }
+        }
+    }
+}
+
+fn add(sum: &mut PoseGrad, term: &PoseGrad) {
+    sum.translation += term.translation;
+    sum.rotation += term.rotation;
+}
+
+impl Adjoint<ParticleState> for ParticleModel {
+    /// With λ = `∂J/∂` of what follows: `λ_a = h (λ_v + h λ_x)`, `λ_v ← keep (λ_v + h λ_x) + (∂a/∂v)ᵀ λ_a`,
+    /// `λ_x ← λ_x + (∂a/∂x)ᵀ λ_a`; held accelerations collect `Σ λ_a` and are pulled back once.
+    fn step_vjp(
+        &self,
+        state: &ParticleState,
+        control: &Control,
+        next: &[f64],
+        weights: &mut [f32],
+    ) -> (Vec<f64>, ControlGrad) {
+        let count = state.particles.len();
+        let interval = Interval::new(self, state, control);
+        let mut tape: Vec<(crate::state::Particles, Arc<Graph>)> = Vec::with_capacity(self.substeps);
+        interval.advance(|particles, graph| tape.push((particles.clone(), Arc::clone(graph))));
+
+        let StateGrad { particles, poses: to } = StateGrad::read(next, count);
+        let parts = state.poses.len();
+        let nothing = vec![PoseGrad::default(); parts];
+        let mut back = Backward {
+            interval: &interval,
+            particles,
+            from: nothing.clone(),
+            to,
+            poses: nothing,
+            twists: vec![Twist::default(); parts],
+        };
+        let mut at_acceleration = vec![DVec3::ZERO; count];
+        let mut at_held = vec![DVec3::ZERO; count];
+        let mut poses: Vec<Pose> = Vec::with_capacity(parts);
+        for (k, (particles, graph)) in tape.iter().enumerate().rev() {
+            let ParticlesGrad { positions, velocities } = &mut back.particles;
+            for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
+                let push = *v + interval.h * *x;
+                *v = interval.keep * push;
+                at_acceleration[i] = interval.h * push;
+                at_held[i] += at_acceleration[i];
+            }
+            interval.place(k, &mut poses);
+            let view = interval.view(particles, graph, &poses);
+            back.laws(Rate::Substep, &view, &at_acceleration, interval.fraction(k), weights);
+        }
+        if let Some((graph, _)) = &interval.held {
+            let view = interval.view(&state.particles, graph, &control.poses);
+            back.laws(Rate::Step, &view, &at_held, 1.0, weights);
+        }
+        let at_state = StateGrad { particles: back.particles, poses: back.from };
+        (at_state.flat(), ControlGrad { poses: back.to })
+    }
+
+    fn decode_vjp(&self, state: &ParticleState, particles: &ParticlesGrad) -> Vec<f64> {
+        let particles = ParticlesGrad {
+            positions: state.gather(&particles.positions),
+            velocities: state.gather(&particles.velocities),
+        };
+        StateGrad { particles, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
+    }
+
+    fn encode_vjp(&self, start: &ParticleState, at_start: &[f64]) -> SceneGrad {
+        let StateGrad { particles, poses } = StateGrad::read(at_start, start.particles.len());
+        let particles = ParticlesGrad {
+            positions: start.scatter(&particles.positions),
+            velocities: start.scatter(&particles.velocities),
+        };
+        SceneGrad { particles, poses }
+    }
+}

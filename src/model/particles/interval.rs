@@ -1,0 +1,98 @@
+//! One control interval of a particle model: held accelerations, then substeps.
+use super::neighbours::Neighbours;
+use super::{ParticleModel, ParticleState};
+use crate::graph::Graph;
+use crate::model::law::{Law, Rate, View};
+use crate::state::{Control, Particles, Pose, Twist};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// What stays the same over the substeps of one interval.
+pub(super) struct Interval<'a> {
+    pub(super) model: &'a ParticleModel,
+    pub(super) state: &'a ParticleState,
+    pub(super) control: &'a Control,
+    /// Velocity of each part.
+    pub(super) twists: Vec<Twist>,
+    /// Duration of a substep h \[s\].
+    pub(super) h: f64,
+    /// Fraction of the velocity kept over one substep.
+    pub(super) keep: f64,
+    /// What the laws of [`Rate::Step`] saw, where there are any, and their summed acceleration.
+    pub(super) held: Option<(Graph, Vec<DVec3>)>,
+    reach: f64,
+}
+
+impl<'a> Interval<'a> {
+    pub(super) fn new(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
+        let path = state.poses.iter().zip(&control.poses);
+        let mut interval = Self {
+            model,
+            state,
+            control,
+            twists: path.map(|(from, to)| from.twist_to(to, state.interval)).collect(),
+            h: state.interval / model.substeps as f64,
+            keep: model.keep.powf((model.substeps as f64).recip()),
+            held: None,
+            reach: model.laws(Rate::Substep).fold(0.0, |m, (law, _)| law.reach().max(m)),
+        };
+        interval.held = interval.hold();
+        interval
+    }
+
+    fn hold(&self) -> Option<(Graph, Vec<DVec3>)> {
+        let policy = self.model.graph.as_ref().filter(|_| self.model.laws(Rate::Step).next().is_some())?;
+        let (state, poses) = (self.state, &self.control.poses);
+        let graph = policy.connect(&state.particles, &state.tool, &state.poses, poses, state.interval);
+        let mut acceleration = vec![DVec3::ZERO; state.particles.len()];
+        let view = self.view(&state.particles, &graph, poses);
+        self.model.laws(Rate::Step).for_each(|(law, _)| law.accelerate(&view, &mut acceleration));
+        Some((graph, acceleration))
+    }
+
+    /// What a law sees.
+    pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
+        let (tool, interval) = (&*self.state.tool, self.state.interval);
+        View { particles, graph, tool, poses, twists: &self.twists, interval }
+    }
+
+    /// How far the tool has come in substep `k`, of the way from its start to its end.
+    pub(super) fn fraction(&self, k: usize) -> f64 {
+        (k + 1) as f64 / self.model.substeps as f64
+    }
+
+    /// Writes the tool's poses in substep `k`.
+    pub(super) fn place(&self, k: usize, poses: &mut Vec<Pose>) {
+        let path = self.state.poses.iter().zip(&self.control.poses);
+        poses.clear();
+        poses.extend(path.map(|(from, to)| from.toward(to, self.fraction(k))));
+    }
+
+    /// The particles at the end; `record` sees those at the start of every substep and the pairs its laws ran over.
+    pub(super) fn advance(&self, mut record: impl FnMut(&Particles, &Arc<Graph>)) -> Particles {
+        let laws: Vec<&dyn Law> = self.model.laws(Rate::Substep).map(|(law, _)| law).collect();
+        let mut particles = self.state.particles.clone();
+        let mut neighbours = Neighbours::new(self.reach, &particles.positions);
+        let mut poses = Vec::with_capacity(self.state.poses.len());
+        let mut acceleration = vec![DVec3::ZERO; particles.len()];
+        for k in 0..self.model.substeps {
+            match &self.held {
+                Some((_, held)) => acceleration.copy_from_slice(held),
+                None => acceleration.fill(DVec3::ZERO),
+            }
+            let graph = neighbours.at(&particles.positions);
+            record(&particles, graph);
+            if !laws.is_empty() {
+                self.place(k, &mut poses);
+                let view = self.view(&particles, graph, &poses);
+                laws.iter().for_each(|law| law.accelerate(&view, &mut acceleration));
+            }
+            let Particles { positions, velocities } = &mut particles;
+            for ((x, v), a) in positions.iter_mut().zip(velocities).zip(&acceleration) {
+                *v = self.keep * *v + self.h * *a;
+                *x += self.h * *v;
+            }
+        }
+        particles
+    }
+}

@@ -1,0 +1,136 @@
+//! Particles under a list of laws, integrated by semi-implicit Euler, with a hand-written adjoint.
+//!
+//! One control step of duration T is K substeps of `h = T/K`; laws of [`Rate::Step`] are asked once, with the tool at the end of
+//! the step, and their acceleration is held; laws of [`Rate::Substep`] are asked in every substep k with the tool a fraction
+//! `(k + 1)/K` of its way: `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`. Written, learned and hybrid models differ only in
+//! their list.
+use super::law::{Law, LawSpec, Rate};
+use super::{Adjoint, Dynamics};
+use crate::graph::{GraphPolicy, GraphSpec};
+use crate::state::{Control, Particles, Scene};
+use anyhow::{Context, ensure};
+use interval::Interval;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+mod adjoint;
+mod interval;
+mod neighbours;
+mod state;
+
+pub use state::ParticleState;
+
+/// Config of [`ParticleModel`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParticlesSpec {
+    /// Substeps K of one control step \[1\].
+    #[schemars(range(min = 1))]
+    pub substeps: usize,
+    /// Fraction of the velocity kept over one control step where nothing acts; 1 has no drag, 0 no inertia \[1\].
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub keep: f64,
+    /// Graph for the laws asked once a control step; needed only where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub graph: Option<GraphSpec>,
+    /// Laws whose accelerations add up.
+    #[serde(default)]
+    pub laws: Vec<LawSpec>,
+}
+
+impl ParticlesSpec {
+    pub(crate) fn build(self) -> anyhow::Result<ParticleModel> {
+        let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
+        let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        let graph = self.graph.map(GraphSpec::build).transpose()?;
+        ParticleModel::new(self.substeps, self.keep, graph, laws)
+    }
+}
+
+/// A model that moves particles by the sum of its laws.
+pub struct ParticleModel {
+    substeps: usize,
+    keep: f64,
+    graph: Option<Box<dyn GraphPolicy>>,
+    laws: Vec<Box<dyn Law>>,
+    /// Where each law's weights lie in the model's.
+    spans: Vec<Range<usize>>,
+}
+
+impl ParticleModel {
+    /// A model of `substeps` K and `keep` (see [`ParticlesSpec`]) under `laws`, with the graph that laws of [`Rate::Step`] see.
+    ///
+    /// # Errors
+    /// When K is zero, `keep` is outside \[0, 1\], or a law of [`Rate::Step`] has no graph.
+    pub fn new(
+        substeps: usize,
+        keep: f64,
+        graph: Option<Box<dyn GraphPolicy>>,
+        laws: Vec<Box<dyn Law>>,
+    ) -> anyhow::Result<Self> {
+        ensure!(substeps > 0, "dynamics.substeps must be at least 1");
+        ensure!((0.0..=1.0).contains(&keep), "dynamics.keep must lie in [0, 1], got {keep}");
+        ensure!(
+            graph.is_some() || laws.iter().all(|law| law.rate() == Rate::Substep),
+            "dynamics.laws holds a law that is asked once a control step: it needs a graph, add [dynamics.graph]"
+        );
+        let mut end = 0;
+        let spans = laws.iter().map(|law| {
+            let start = end;
+            end += law.weights().len();
+            start..end
+        });
+        let spans = spans.collect();
+        Ok(Self { substeps, keep, graph, laws, spans })
+    }
+
+    /// The laws of one rate, each with its place in the model's weights.
+    fn laws(&self, rate: Rate) -> impl Iterator<Item = (&dyn Law, &Range<usize>)> {
+        let laws = self.laws.iter().zip(&self.spans).map(|(law, span)| (&**law, span));
+        laws.filter(move |(law, _)| law.rate() == rate)
+    }
+}
+
+impl Dynamics for ParticleModel {
+    type State = ParticleState;
+
+    fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
+        let (poses, parts) = (scene.poses.len(), scene.tool.parts.len());
+        ensure!(poses == parts, "the scene gives {poses} tool poses for a tool of {parts} parts");
+        ensure!(scene.interval > 0.0, "the scene's control interval must be positive, got {} s", scene.interval);
+        let (positions, velocities) = (scene.particles.positions.len(), scene.particles.velocities.len());
+        ensure!(positions == velocities, "the scene gives {positions} positions but {velocities} velocities");
+        ensure!(scene.particles.is_finite(), "a particle's position or velocity in the scene is not a finite number");
+        Ok(())
+    }
+
+    fn encode(&self, scene: &Scene) -> ParticleState {
+        ParticleState::new(scene)
+    }
+
+    fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
+        let interval = Interval::new(self, state, control);
+        let particles = interval.advance(|_, _| ());
+        state.next(particles, control)
+    }
+
+    fn decode(&self, state: &ParticleState) -> Particles {
+        state.decode()
+    }
+
+    fn adjoint(&self) -> Option<&dyn Adjoint<ParticleState>> {
+        Some(self)
+    }
+
+    fn weights(&self) -> Vec<f32> {
+        self.laws.iter().flat_map(|law| law.weights()).collect()
+    }
+
+    fn set_weights(&mut self, weights: &[f32]) {
+        assert_eq!(weights.len(), self.spans.last().map_or(0, |s| s.end), "weights of another architecture");
+        for (law, span) in self.laws.iter_mut().zip(&self.spans) {
+            law.set_weights(&weights[span.clone()]);
+        }
+    }
+}

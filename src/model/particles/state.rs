@@ -1,0 +1,100 @@
+//! What a particle model carries from step to step.
+use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Particles in canonical order, and the tool.
+///
+/// The order is lexicographic in position, then velocity, at the start: sums over neighbours then run in an order that does not
+/// know how the scene numbered its particles, so relabelling them relabels the prediction bit for bit.
+#[derive(Clone, Debug)]
+pub struct ParticleState {
+    /// Particles now, in canonical order.
+    pub(super) particles: Particles,
+    /// Row of the scene that each canonical row came from.
+    order: Arc<[u32]>,
+    /// Tool geometry.
+    pub(super) tool: Arc<ToolShape>,
+    /// Pose of each part now.
+    pub(super) poses: Vec<Pose>,
+    /// Duration of one control step \[s\].
+    pub(super) interval: f64,
+}
+
+impl ParticleState {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let particles = &scene.particles;
+        let key = |i: u32| {
+            let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
+            [x.x, x.y, x.z, v.x, v.y, v.z]
+        };
+        let mut order: Vec<u32> = (0..particles.len() as u32).collect();
+        order.sort_by(|&a, &b| {
+            let pairs = key(a).into_iter().zip(key(b));
+            pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+        });
+        let sorted = |rows: &[DVec3]| order.iter().map(|&i| rows[i as usize]).collect();
+        Self {
+            particles: Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) },
+            order: order.into(),
+            tool: Arc::clone(&scene.tool),
+            poses: scene.poses.clone(),
+            interval: scene.interval,
+        }
+    }
+
+    /// The state after a step that ends with these particles.
+    pub(super) fn next(&self, particles: Particles, control: &Control) -> Self {
+        let (order, tool) = (Arc::clone(&self.order), Arc::clone(&self.tool));
+        Self { particles, order, tool, poses: control.poses.clone(), interval: self.interval }
+    }
+
+    /// The particles in the scene's order.
+    pub(super) fn decode(&self) -> Particles {
+        Particles {
+            positions: self.scatter(&self.particles.positions),
+            velocities: self.scatter(&self.particles.velocities),
+        }
+    }
+
+    /// Canonical rows into the scene's order.
+    pub(super) fn scatter(&self, rows: &[DVec3]) -> Vec<DVec3> {
+        let mut out = vec![DVec3::ZERO; rows.len()];
+        for (row, &i) in rows.iter().zip(self.order.iter()) {
+            out[i as usize] = *row;
+        }
+        out
+    }
+
+    /// Rows of the scene into canonical order.
+    pub(super) fn gather(&self, rows: &[DVec3]) -> Vec<DVec3> {
+        self.order.iter().map(|&i| rows[i as usize]).collect()
+    }
+}
+
+/// `∂J/∂state`, flat as `[positions 3N | velocities 3N | poses 6 per part: translation, rotation]`.
+#[derive(Clone, Debug)]
+pub(super) struct StateGrad {
+    pub(super) particles: ParticlesGrad,
+    pub(super) poses: Vec<PoseGrad>,
+}
+
+impl StateGrad {
+    /// Reads the flat layout for `count` particles.
+    pub(super) fn read(flat: &[f64], count: usize) -> Self {
+        let rows: Vec<DVec3> = flat.chunks_exact(3).map(DVec3::from_slice).collect();
+        let (positions, rest) = rows.split_at(count);
+        let (velocities, poses) = rest.split_at(count);
+        Self {
+            particles: ParticlesGrad { positions: positions.to_vec(), velocities: velocities.to_vec() },
+            poses: poses.chunks_exact(2).map(|p| PoseGrad { translation: p[0], rotation: p[1] }).collect(),
+        }
+    }
+
+    /// Writes the flat layout.
+    pub(super) fn flat(&self) -> Vec<f64> {
+        let poses = self.poses.iter().flat_map(|p| [p.translation, p.rotation]);
+        let rows = self.particles.positions.iter().chain(&self.particles.velocities).copied().chain(poses);
+        rows.flat_map(|v| v.to_array()).collect()
+    }
+}
