@@ -3,6 +3,7 @@
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
 mod dynamics;
 pub mod law;
+pub mod net;
 pub mod particles;
 pub mod still;
 pub mod net;

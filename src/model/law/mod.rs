@@ -8,12 +8,10 @@ pub mod compliant;
 pub mod contact;
 pub mod floor;
 pub mod gravity;
+pub mod learned;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
-mod learned;
-
-pub use learned::{Learned, LearnedSpec};
 
 /// What a law may look at.
 pub struct View<'a> {
@@ -86,5 +84,6 @@ family! {
         Floor(floor::FloorSpec),
         Tool(tool::ToolSpec),
         Gravity(gravity::GravitySpec),
+        Learned(learned::LearnedSpec),
     }
 }
