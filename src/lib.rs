@@ -10,3 +10,4 @@ pub mod problem;
 pub mod state;
 pub mod tool;
 pub mod watch;
+pub mod world;

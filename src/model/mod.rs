@@ -3,7 +3,9 @@
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
 mod dynamics;
 pub mod law;
+mod oracle;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
+pub use oracle::{Oracle, OracleSpec};
 pub use world_model::{Cost, Gradient, WorldModel};
