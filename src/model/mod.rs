@@ -4,10 +4,9 @@
 mod dynamics;
 pub mod law;
 pub mod net;
+mod oracle;
 pub mod particles;
 pub mod still;
-pub mod net;
-mod oracle;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
@@ -19,5 +18,6 @@ family! {
     ModelSpec builds Box<dyn WorldModel> {
         Particles(particles::ParticlesSpec),
         Still(still::StillSpec),
+        Oracle(oracle::OracleSpec),
     }
 }
