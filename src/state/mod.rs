@@ -20,4 +20,3 @@ pub use pose::{Pose, PoseGrad, Twist};
 pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
 pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape};
 pub use stream::stream;
-pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape};
