@@ -122,12 +122,13 @@ fn derivatives_agree_with_central_differences() {
         weights: &mut weights,
     };
     law.accelerate_vjp(&here.view(&graph), &at, &mut grad);
-    // Steps are fractions of what each quantity is measured in; tolerances are relative to the largest of its kind.
+    // Steps are fractions of what each quantity is measured in, small because the window's curvature jumps at the radius;
+    // tolerances are relative to the largest of its kind.
     let close = |name: &str, exact: &[f64], found: &[f64], floor: f64| {
         let size = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
         assert!(size > floor, "{name}: a trivial derivative, {size}");
         for (k, (e, f)) in exact.iter().zip(found).enumerate() {
-            assert!((e - f).abs() < 3e-3 * size, "{name} {k}: {e} against {f}");
+            assert!((e - f).abs() < 1e-3 * size, "{name} {k}: {e} against {f}");
         }
     };
 
@@ -137,7 +138,7 @@ fn derivatives_agree_with_central_differences() {
     let moved = |x: &[DVec3], d: &[DVec3], s: f64| x.iter().zip(d).map(|(x, d)| *x + s * *d).collect::<Vec<_>>();
     let exact = |g: &[DVec3], unit: f64| directions.iter().map(|d| unit * dot(g, d)).collect::<Vec<_>>();
     let found = directions.iter().map(|d| {
-        along(1e-2, |s| {
+        along(1e-3, |s| {
             let mut m = here.clone();
             m.particles.positions = moved(&m.particles.positions, d, s * RADIUS);
             cost(&law, &m)
@@ -154,13 +155,13 @@ fn derivatives_agree_with_central_differences() {
     close("velocities", &exact(&grad.particles.velocities, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.1);
 
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let tool_motions: [(&str, f64, fn(&mut Moment, usize, DVec3)); 4] = [
-        ("translation", RADIUS, |m, k, d| m.poses[k].translation += d),
-        ("rotation", 1.0, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
-        ("linear", SCALE / INTERVAL, |m, k, d| m.twists[k].linear += d),
-        ("angular", SCALE / INTERVAL / 0.02, |m, k, d| m.twists[k].angular += d),
+    let tool_motions: [(&str, f64, f64, fn(&mut Moment, usize, DVec3)); 4] = [
+        ("translation", RADIUS, 2e-3, |m, k, d| m.poses[k].translation += d),
+        ("rotation", 1.0, 2e-3, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
+        ("linear", SCALE / INTERVAL, 3e-2, |m, k, d| m.twists[k].linear += d),
+        ("angular", SCALE / INTERVAL / 0.02, 3e-2, |m, k, d| m.twists[k].angular += d),
     ];
-    for (name, unit, nudge) in tool_motions {
+    for (name, unit, h, nudge) in tool_motions {
         let (mut exact, mut found) = (Vec::new(), Vec::new());
         for (k, axis) in (0..2).flat_map(|k| axes.map(|axis| (k, axis))) {
             let g = match name {
@@ -170,7 +171,7 @@ fn derivatives_agree_with_central_differences() {
                 _ => grad.twists[k].angular,
             };
             exact.push(unit * g.dot(axis));
-            found.push(along(2e-2, |s| {
+            found.push(along(h, |s| {
                 let mut m = here.clone();
                 nudge(&mut m, k, s * unit * axis);
                 cost(&law, &m)
