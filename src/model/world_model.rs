@@ -1,6 +1,7 @@
 //! What everyone but a model's author holds: rollouts and their gradients, written once for every [`Dynamics`].
 use super::Dynamics;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
+use std::path::Path;
 
 /// A scalar cost on a rollout's states, `J = Σₜ ℓₜ(xₜ)`, with its derivative.
 pub trait Cost: Sync {
@@ -47,6 +48,11 @@ pub trait WorldModel: Send + Sync {
     fn weights(&self) -> Vec<f32>;
     /// See [`Dynamics::set_weights`].
     fn set_weights(&mut self, weights: &[f32]);
+    /// See [`Dynamics::save_weights`].
+    ///
+    /// # Errors
+    /// When there are none, or the file cannot be written.
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()>;
 }
 
 impl<D: Dynamics> WorldModel for D {
@@ -92,6 +98,10 @@ impl<D: Dynamics> WorldModel for D {
 
     fn set_weights(&mut self, weights: &[f32]) {
         Dynamics::set_weights(self, weights);
+    }
+
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        Dynamics::save_weights(self, path)
     }
 }
 
