@@ -18,6 +18,5 @@ pub use mesh::TriangleMesh;
 pub use particles::{Particles, ParticlesGrad, Rollout};
 pub use pose::{Pose, PoseGrad, Twist};
 pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
-pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape, TriangleMesh};
-pub use stream::stream;
 pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape};
+pub use stream::stream;
