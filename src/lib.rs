@@ -11,3 +11,4 @@ pub mod state;
 pub mod tool;
 pub mod train;
 pub mod watch;
+pub mod world;

@@ -6,9 +6,11 @@ pub mod law;
 pub mod net;
 pub mod particles;
 pub mod still;
+mod oracle;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
+pub use oracle::{Oracle, OracleSpec};
 pub use world_model::{Cost, Gradient, WorldModel};
 
 family! {

@@ -35,4 +35,48 @@ impl ActionSpace {
         theta.len() == self.dimension()
             && theta.iter().zip(self.low.iter().zip(&self.high)).all(|(x, (low, high))| low <= x && x <= high)
     }
+
+    /// Accepts what a user typed as θ only if it lies in the box.
+    ///
+    /// # Errors
+    /// A sentence naming the count of coordinates, or the first coordinate outside, its value and its bounds.
+    pub fn check(&self, theta: &[f64]) -> anyhow::Result<()> {
+        anyhow::ensure!(
+            theta.len() == self.dimension(),
+            "the action has {} numbers, this tool takes {}: {}",
+            theta.len(),
+            self.dimension(),
+            self.names.join(", ")
+        );
+        for (i, x) in theta.iter().enumerate() {
+            anyhow::ensure!(
+                self.low[i] <= *x && *x <= self.high[i],
+                "the action's `{}` is {x}, outside its bounds: choose a value from {} to {}",
+                self.names[i],
+                self.low[i],
+                self.high[i]
+            );
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_theta_outside_is_refused_with_its_name_value_and_bounds() {
+        let space =
+            ActionSpace { names: vec!["r".into(), "width".into()], low: vec![-0.02, 0.001], high: vec![0.02, 0.04] };
+        assert!(space.check(&[0.02, 0.001]).is_ok());
+        let sentence = |theta: &[f64]| space.check(theta).unwrap_err().to_string();
+        for (theta, words) in [
+            (&[0.0, 0.05][..], ["`width`", "0.05", "0.001", "0.04"]),
+            (&[f64::NAN, 0.01], ["`r`", "NaN", "-0.02", "0.02"]),
+            (&[0.0], ["has 1 number", "takes 2", "r", "width"]),
+        ] {
+            assert!(words.iter().all(|w| sentence(theta).contains(w)), "{}", sentence(theta));
+        }
+    }
 }

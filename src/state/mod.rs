@@ -2,13 +2,21 @@
 //!
 //! SI units; z points up; the table is the plane z = 0.
 mod action;
+mod closure;
+mod mesh;
 mod particles;
 mod pose;
 mod scene;
 mod solid;
+mod stream;
+mod surface;
+mod triangle;
 
 pub use action::ActionSpace;
+pub use closure::Closure;
+pub use mesh::TriangleMesh;
 pub use particles::{Particles, ParticlesGrad, Rollout};
 pub use pose::{Pose, PoseGrad, Twist};
 pub use scene::{Control, ControlGrad, Scene, SceneGrad, Snapshot};
-pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape, TriangleMesh};
+pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape};
+pub use stream::stream;

@@ -1,7 +1,6 @@
 //! Rigid solids: signed distance with exact first and second derivatives, and surface samples.
+use super::TriangleMesh;
 use glam::{DMat3, DVec3};
-use parry3d::query::PointQuery;
-use parry3d::shape::{FeatureId, TriMesh, TriMeshFlags};
 use std::sync::Arc;
 
 /// The geometry of a tool: rigid parts, each in its own frame.
@@ -48,16 +47,6 @@ pub enum Solid {
     Mesh(Arc<TriangleMesh>),
 }
 
-/// A closed, outward-oriented triangle mesh.
-#[derive(Clone, Debug)]
-pub struct TriangleMesh {
-    /// Vertices \[m\].
-    pub vertices: Vec<DVec3>,
-    /// Corners of each triangle, counter-clockwise from outside.
-    pub triangles: Vec<[u32; 3]>,
-    query: TriMesh,
-}
-
 /// The signed distance field at one point.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
@@ -69,32 +58,8 @@ pub struct Projection {
     pub curvature: DMat3,
 }
 
-impl TriangleMesh {
-    /// A mesh from its vertices and triangles.
-    ///
-    /// # Errors
-    /// When there is no triangle, an index is out of range, or a vertex is not finite.
-    pub fn new(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> anyhow::Result<Self> {
-        anyhow::ensure!(!triangles.is_empty(), "a mesh needs at least one triangle");
-        anyhow::ensure!(vertices.iter().all(|v| v.is_finite()), "a mesh vertex is not a finite number");
-        let count = vertices.len();
-        anyhow::ensure!(
-            triangles.iter().flatten().all(|&i| (i as usize) < count),
-            "a triangle names a vertex that is not there"
-        );
-        let points = vertices.iter().map(|v| v.as_vec3()).collect();
-        let query = TriMesh::with_flags(
-            points,
-            triangles.clone(),
-            TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES,
-        )
-        .map_err(|e| anyhow::anyhow!("the mesh cannot be used as a solid: {e}"))?;
-        Ok(Self { vertices, triangles, query })
-    }
-}
-
 impl Solid {
-    /// Signed distance, normal and curvature at `point` in the solid's frame (Quilez's exact distances; parry for meshes).
+    /// Signed distance, normal and curvature at `point` in the solid's frame (Quilez's exact distances).
     pub fn project(&self, point: DVec3) -> Projection {
         match self {
             Self::Cuboid { half } => cuboid(*half, point),
@@ -113,15 +78,15 @@ impl Solid {
     }
 }
 
-/// The field around the nearest point when `outside` spans the directions in which that point is free to follow.
-fn rounded(offset: DVec3, free: DMat3) -> Projection {
+/// The field around the nearest point when `free` projects onto the directions in which that point is free to follow.
+pub(super) fn rounded(offset: DVec3, free: DMat3) -> Projection {
     let distance = offset.length();
     let normal = offset / distance;
     let outer = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
     Projection { distance, normal, curvature: (free - outer) * distance.recip() }
 }
 
-fn flat(distance: f64, normal: DVec3) -> Projection {
+pub(super) fn flat(distance: f64, normal: DVec3) -> Projection {
     Projection { distance, normal, curvature: DMat3::ZERO }
 }
 
@@ -164,30 +129,4 @@ fn cylinder(radius: f64, half_length: f64, point: DVec3) -> Projection {
     let mut field = rounded(offset, plane);
     field.curvature += turning * (past_side / field.distance);
     field
-}
-
-impl TriangleMesh {
-    fn project(&self, point: DVec3) -> Projection {
-        let (nearest, feature) = self.query.project_local_point_and_get_feature(point.as_vec3());
-        let offset = point - nearest.point.as_dvec3();
-        let sign = if nearest.is_inside { -1.0 } else { 1.0 };
-        let triangle = match feature {
-            FeatureId::Face(i) => Some(i as usize % self.query.indices().len()),
-            _ => None,
-        };
-        if let Some(i) = triangle
-            && let [a, b, c] = self.query.indices()[i].map(|v| self.query.vertices()[v as usize].as_dvec3())
-            && let Some(normal) = (b - a).cross(c - a).try_normalize()
-            && offset.reject_from(normal).length() <= 1e-5 * (1.0 + offset.length())
-        {
-            return flat(offset.dot(normal), normal);
-        }
-        if offset.length() < 1e-9 {
-            return flat(0.0, DVec3::Z);
-        }
-        let mut field = rounded(offset, DMat3::IDENTITY);
-        (field.distance, field.normal, field.curvature) =
-            (sign * field.distance, sign * field.normal, sign * field.curvature);
-        field
-    }
 }

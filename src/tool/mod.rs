@@ -3,6 +3,22 @@ use crate::state::{ActionSpace, Control, ControlGrad, Particles, Pose, PoseGrad,
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
+mod grip;
+mod head;
+mod leg;
+mod press;
+mod roll;
+
+pub use grip::{Grip, GripSpec};
+pub use head::{HeadSpec, SolidSpec};
+pub use press::{Press, PressSpec};
+pub use roll::{Roll, RollSpec};
+
+family! {
+    /// A tool: geometry and the constants of one motion primitive.
+    ToolSpec builds Box<dyn Tool> { Grip(GripSpec), Press(PressSpec), Roll(RollSpec) }
+}
+
 /// What a tool's primitive needs to know of the material it is aimed at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workpiece {
@@ -37,7 +53,7 @@ pub trait Tool: Send + Sync {
     fn shape(&self) -> &Arc<ToolShape>;
     /// The box that θ lives in, for this workpiece.
     fn space(&self, piece: &Workpiece) -> ActionSpace;
-    /// The path that θ describes, in `steps` control steps.
+    /// The path that θ describes, in `steps` control steps: from clear of the workpiece, through it, to clear of it again.
     fn motion(&self, theta: &[f64], piece: &Workpiece, steps: usize) -> Motion;
 
     /// `∂J/∂θ` from `∂J/∂(controls)` and `∂J/∂(start)`, by central differences of the path, which costs no rollout.

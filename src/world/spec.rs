@@ -1,0 +1,61 @@
+//! What a config says of the world.
+use super::{MaterialSpec, StartSpec};
+use anyhow::ensure;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Dough on a table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpec {
+    /// What the dough is made of, a file in `configs/material`.
+    pub material: MaterialSpec,
+    /// Shape and size at the start, drawn by seed.
+    pub start: StartSpec,
+    /// Distance between neighbouring particles of the simulator \[m\].
+    #[schemars(range(min = 0.002, max = 0.1))]
+    pub spacing: f64,
+    /// Number of particles that models see: the farthest-point subset of the simulator's at the start.
+    #[schemars(range(min = 1))]
+    pub particles: usize,
+    /// Duration of a control step \[s\].
+    #[schemars(range(min = 0.001, max = 1.0))]
+    pub interval: f64,
+    /// How finely the simulator computes.
+    pub solver: SolverSpec,
+}
+
+/// How finely the simulator computes: more of each is slower and closer to the material's own stiffness.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolverSpec {
+    /// Physics steps a control step: contacts are found and plastic flow happens once in each.
+    #[schemars(range(min = 1, max = 1000))]
+    pub steps: usize,
+    /// Integration substeps a physics step.
+    #[schemars(range(min = 1, max = 100))]
+    pub substeps: usize,
+    /// Gauss–Seidel sweeps a substep.
+    #[schemars(range(min = 1, max = 100))]
+    pub sweeps: usize,
+}
+
+impl SceneSpec {
+    /// Checks every number that serde cannot.
+    ///
+    /// # Errors
+    /// A sentence naming the key whose value is impossible.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        self.material.check()?;
+        let Self { spacing, particles, interval, solver, .. } = self;
+        ensure!((0.002..=0.1).contains(spacing), "scene.spacing is {spacing} m; it must lie in [0.002, 0.1]");
+        ensure!((0.001..=1.0).contains(interval), "scene.interval is {interval} s; it must lie in [0.001, 1]");
+        ensure!(*particles > 0, "scene.particles is 0; models need at least one particle");
+        for (key, value, most) in
+            [("steps", solver.steps, 1000), ("substeps", solver.substeps, 100), ("sweeps", solver.sweeps, 100)]
+        {
+            ensure!((1..=most).contains(&value), "scene.solver.{key} is {value}; it must lie in [1, {most}]");
+        }
+        Ok(())
+    }
+}
