@@ -26,6 +26,7 @@ fn spec() -> TrainSpec {
         validate_every: 10,
         log_every: 5,
         keep: Keep::Best,
+        weights: "weights".to_owned(),
         seed: 7,
     }
 }

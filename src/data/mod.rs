@@ -1,19 +1,38 @@
 //! Episodes: what the world did under random actions, on disk and in memory.
-use crate::state::{Control, Pose, Rollout};
+mod arrays;
+mod dataset;
+mod episode;
+mod file;
+mod metadata;
+mod simulate;
+mod split;
+mod statistics;
+mod whole;
 
-/// One tool action in the world, seen at every control step.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Episode {
-    /// Name of the tool, its config's file stem.
-    pub tool: String,
-    /// The action θ.
-    pub theta: Vec<f64>,
-    /// Duration of a control step \[s\].
-    pub interval: f64,
-    /// Pose of each tool part at the start.
-    pub start: Vec<Pose>,
-    /// H controls.
-    pub controls: Vec<Control>,
-    /// H + 1 states; velocities are backward differences, zero at the start.
-    pub states: Rollout,
+pub use dataset::{Dataset, DatasetSpec};
+pub use episode::Episode;
+pub use metadata::Metadata;
+pub use simulate::{record, simulate};
+pub use statistics::Statistics;
+
+/// A small episode of `steps` control steps that is not physical at all, for tests.
+#[cfg(test)]
+fn made_up(steps: usize) -> Episode {
+    use crate::state::{Control, Pose};
+    use glam::{DQuat, DVec3, Vec3};
+    let position =
+        |t: usize, i: usize| Vec3::new(0.013 * i as f32, 0.001 * (i * t) as f32, 0.01 + 0.003 * t as f32).as_dvec3();
+    let pose = |t: usize| Pose {
+        translation: DVec3::new(0.1 * t as f64, 0.0, 0.05),
+        rotation: DQuat::from_rotation_z(0.3 * t as f64),
+    };
+    let interval = 0.1;
+    Episode {
+        tool: "press".into(),
+        theta: vec![0.01, -0.3],
+        interval,
+        start: vec![pose(0)],
+        controls: (1..=steps).map(|t| Control { poses: vec![pose(t)] }).collect(),
+        states: episode::states((0..=steps).map(|t| (0..5).map(|i| position(t, i)).collect()).collect(), interval),
+    }
 }

@@ -1,6 +1,7 @@
 //! What a model's author writes.
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
 use rayon::prelude::*;
+use std::path::Path;
 
 /// How a state changes when a tool moves. A new model implements this.
 pub trait Dynamics: Send + Sync {
@@ -40,6 +41,14 @@ pub trait Dynamics: Send + Sync {
     /// Replaces the trainable weights by `weights`, laid out as [`Dynamics::weights`].
     fn set_weights(&mut self, weights: &[f32]) {
         assert!(weights.is_empty(), "a model without weights was given some");
+    }
+
+    /// Writes the weights by name to a file that the model's config can name.
+    ///
+    /// # Errors
+    /// When there are none, or the file cannot be written.
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        anyhow::bail!("{} cannot be written: the model has no weights", path.display())
     }
 }
 

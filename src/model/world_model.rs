@@ -3,6 +3,7 @@ use super::Dynamics;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
 use crate::tool::Motion;
 use rayon::prelude::*;
+use std::path::Path;
 
 /// A scalar cost on a rollout's states, `J = Σₜ ℓₜ(xₜ)`, with its derivative.
 pub trait Cost: Sync {
@@ -49,6 +50,11 @@ pub trait WorldModel: Send + Sync {
     fn weights(&self) -> Vec<f32>;
     /// See [`Dynamics::set_weights`].
     fn set_weights(&mut self, weights: &[f32]);
+    /// See [`Dynamics::save_weights`].
+    ///
+    /// # Errors
+    /// When there are none, or the file cannot be written.
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()>;
 }
 
 impl<D: Dynamics> WorldModel for D {
@@ -95,6 +101,10 @@ impl<D: Dynamics> WorldModel for D {
 
     fn set_weights(&mut self, weights: &[f32]) {
         Dynamics::set_weights(self, weights);
+    }
+
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        Dynamics::save_weights(self, path)
     }
 }
 

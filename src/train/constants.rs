@@ -1,5 +1,6 @@
 //! Constants of a model's config, named by their path: `laws.contact.stiffness` is `stiffness` of the list item of
 //! `laws` whose `kind` is `contact`.
+use anyhow::Context;
 use serde_json::Value;
 
 /// The constant at `path`.
@@ -34,6 +35,20 @@ pub fn replace<'a>(spec: &Value, constants: impl IntoIterator<Item = (&'a str, f
         let found = path.split('.').try_fold(&mut spec, |v, key| child_mut(v, key));
         *found.expect("a path that was just read") = Value::from(number);
     }
+    Ok(spec)
+}
+
+/// A copy of `spec` with `entry` at `path`, whose last key may be absent so far.
+///
+/// # Errors
+/// When there is nothing that could have this key.
+pub(super) fn put(spec: &Value, path: &str, entry: Value) -> anyhow::Result<Value> {
+    let mut spec = spec.clone();
+    let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let keys = parent.split('.').filter(|key| !key.is_empty());
+    let found = keys.into_iter().try_fold(&mut spec, |v, key| child_mut(v, key)).and_then(Value::as_object_mut);
+    let table = found.with_context(|| format!("the model has no `{parent}` that could have `{key}`"))?;
+    table.insert(key.to_owned(), entry);
     Ok(spec)
 }
 
@@ -89,6 +104,15 @@ mod tests {
         assert_eq!(value(&changed, "laws.contact.stiffness").unwrap(), 2.0);
         let back = replace(&changed, [("laws.friction.coefficient", 0.3)]).unwrap();
         assert_eq!(back, spec());
+    }
+
+    #[test]
+    fn a_key_that_is_absent_can_be_put_where_there_is_a_place_for_it() {
+        let changed = put(&spec(), "laws.contact.weights", json!("w.safetensors")).unwrap();
+        assert_eq!(changed["laws"][0]["weights"], "w.safetensors");
+        assert_eq!(put(&spec(), "seed", json!(1)).unwrap()["seed"], 1);
+        let error = put(&spec(), "laws.learned.weights", json!(1)).unwrap_err().to_string();
+        assert!(error.contains("`laws.learned`"), "{error}");
     }
 
     #[test]

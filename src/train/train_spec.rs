@@ -52,6 +52,8 @@ pub struct TrainSpec {
     pub log_every: u64,
     /// Which weights are the result.
     pub keep: Keep,
+    /// Path into the model's config of the key that is to name the file of trained weights.
+    pub weights: String,
     /// Seed of batches and noise.
     pub seed: u64,
 }

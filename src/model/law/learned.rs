@@ -75,14 +75,6 @@ pub struct Learned {
 }
 
 impl Learned {
-    /// Writes the weights by name (safetensors), whole or not at all.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
-        self.network.save(path)
-    }
-
     /// Acceleration that an output of one stands for \[m/s²\].
     fn unit(&self, view: &View<'_>) -> f64 {
         self.features.scale / view.interval.powi(2)
@@ -121,5 +113,9 @@ impl Law for Learned {
 
     fn set_weights(&mut self, weights: &[f32]) {
         self.network.set_weights(weights);
+    }
+
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        self.network.save(path)
     }
 }

@@ -2,16 +2,19 @@
 use crate::graph::Graph;
 use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
 use glam::DVec3;
+use std::path::Path;
 
 pub mod cohesion;
 pub mod compliant;
 pub mod contact;
 pub mod floor;
 pub mod gravity;
-pub mod learned;
+mod learned;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
+
+pub use learned::{Learned, LearnedSpec};
 
 /// What a law may look at.
 pub struct View<'a> {
@@ -72,6 +75,13 @@ pub trait Law: Send + Sync {
     /// Replaces the weights.
     fn set_weights(&mut self, weights: &[f32]) {
         assert!(weights.is_empty(), "a law without weights was given some");
+    }
+    /// Writes the weights by name to a file that the law's config can name.
+    ///
+    /// # Errors
+    /// When there are none, or the file cannot be written.
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        anyhow::bail!("{} cannot be written: the law has no weights", path.display())
     }
 }
 

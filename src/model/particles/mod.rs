@@ -13,6 +13,7 @@ use interval::Interval;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::path::Path;
 
 mod adjoint;
 mod interval;
@@ -131,6 +132,15 @@ impl Dynamics for ParticleModel {
         assert_eq!(weights.len(), self.spans.last().map_or(0, |s| s.end), "weights of another architecture");
         for (law, span) in self.laws.iter_mut().zip(&self.spans) {
             law.set_weights(&weights[span.clone()]);
+        }
+    }
+
+    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
+        let mut learned = self.laws.iter().zip(&self.spans).filter(|(_, span)| !span.is_empty());
+        match (learned.next(), learned.next()) {
+            (Some((law, _)), None) => law.save_weights(path),
+            (None, _) => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
+            _ => anyhow::bail!("{} cannot hold the weights of several laws; train one at a time", path.display()),
         }
     }
 }

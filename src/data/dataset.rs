@@ -1,0 +1,134 @@
+//! A folder of episodes made from one spec.
+use super::{Episode, Metadata};
+use crate::state::ToolShape;
+use crate::tool::ToolSpec;
+use crate::world::SceneSpec;
+use anyhow::{Context, ensure};
+use indexmap::IndexMap;
+use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Random actions of some tools in one kind of scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DatasetSpec {
+    /// Number of episodes.
+    #[schemars(range(min = 1, max = 1_000_000))]
+    pub episodes: usize,
+    /// Seed of all starts and actions.
+    pub seed: u64,
+    /// Control steps of an episode.
+    #[serde(default = "steps")]
+    #[schemars(range(min = 3, max = 1000))]
+    pub steps: usize,
+    /// Greatest number of unrecorded random actions before the recorded one, so that deformed starts occur too.
+    #[serde(default = "before")]
+    #[schemars(range(min = 0, max = 10))]
+    pub before: usize,
+    /// What the tools act on.
+    pub scene: SceneSpec,
+    /// The tools by name; episode k uses number k modulo their count.
+    pub tool: IndexMap<String, ToolSpec>,
+}
+
+fn steps() -> usize {
+    15
+}
+
+fn before() -> usize {
+    2
+}
+
+impl DatasetSpec {
+    /// Name of the tool of episode `k`.
+    pub(super) fn tool_of(&self, k: usize) -> &str {
+        self.tool.get_index(k % self.tool.len()).expect("a number below their count").0
+    }
+
+    /// Refuses what no dataset can be made of.
+    ///
+    /// # Errors
+    /// A sentence naming the key.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        ensure!(self.episodes > 0, "`episodes` is 0; a dataset needs at least one");
+        ensure!(self.steps >= 3, "`steps` is {}; a tool needs three to come, work and leave", self.steps);
+        ensure!(!self.tool.is_empty(), "`tool` is empty; name at least one tool");
+        Ok(())
+    }
+}
+
+/// Episodes in memory, and the shapes of the tools that made them.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    /// Episodes in order.
+    pub episodes: Vec<Episode>,
+    /// Shape of each tool, by name.
+    pub tools: IndexMap<String, Arc<ToolShape>>,
+    /// What the folder says of itself.
+    pub metadata: Metadata,
+}
+
+impl Dataset {
+    /// Reads a folder that [`super::simulate`] has finished.
+    ///
+    /// # Errors
+    /// When the folder or one of its files is missing, unfinished or damaged: a sentence with the file and the fix.
+    pub fn load(folder: &Path) -> anyhow::Result<Self> {
+        let spec = read_spec(folder)?
+            .with_context(|| format!("{} holds no dataset (no {SPEC}); simulate one there first", folder.display()))?;
+        let metadata = Metadata::read(folder)?;
+        let episodes = read_episodes(folder, &spec)?;
+        let tools = tools(&spec).with_context(|| format!("in {}", folder.join(SPEC).display()))?;
+        Ok(Self { episodes, tools, metadata })
+    }
+}
+
+/// The resolved spec, beside the episodes.
+pub(super) const SPEC: &str = "dataset.toml";
+
+/// Where episode `k` lies.
+pub(super) fn episode_path(folder: &Path, k: usize) -> PathBuf {
+    folder.join(format!("episode_{k:05}.npz"))
+}
+
+/// The spec that a folder was made from, or `None` where there is none yet.
+pub(super) fn read_spec(folder: &Path) -> anyhow::Result<Option<DatasetSpec>> {
+    let path = folder.join(SPEC);
+    let text = match std::fs::read_to_string(&path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        read => read.with_context(|| format!("cannot read {}", path.display()))?,
+    };
+    let spec: DatasetSpec = toml_edit::de::from_str(&text)
+        .with_context(|| format!("{} is not a dataset's spec; remove the folder and simulate again", path.display()))?;
+    spec.check().with_context(|| format!("in {}", path.display()))?;
+    Ok(Some(spec))
+}
+
+/// All episodes of a finished folder, in order.
+pub(super) fn read_episodes(folder: &Path, spec: &DatasetSpec) -> anyhow::Result<Vec<Episode>> {
+    let read = |k| {
+        let (path, tool) = (episode_path(folder, k), spec.tool_of(k));
+        let episode = Episode::read(&path, tool)?;
+        let horizon = episode.horizon();
+        let wanted = spec.steps;
+        ensure!(
+            horizon == wanted,
+            "{} has {horizon} steps, not {wanted}; remove it and simulate again",
+            path.display()
+        );
+        Ok(episode)
+    };
+    (0..spec.episodes).into_par_iter().map(read).collect()
+}
+
+/// The shapes of a spec's tools.
+pub(super) fn tools(spec: &DatasetSpec) -> anyhow::Result<IndexMap<String, Arc<ToolShape>>> {
+    let shape = |(name, tool): (&String, &ToolSpec)| {
+        let tool = tool.clone().build().with_context(|| format!("the tool `{name}` cannot be built"))?;
+        Ok((name.clone(), tool.shape().clone()))
+    };
+    spec.tool.iter().map(shape).collect()
+}

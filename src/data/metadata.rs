@@ -1,0 +1,138 @@
+//! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
+use super::dataset::{DatasetSpec, episode_path};
+use super::split::held_out;
+use super::whole::write_whole;
+use super::{Episode, Statistics};
+use anyhow::Context;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The fraction held out that the trajectory counts assume.
+const HELD_OUT: f64 = 0.2;
+
+/// `metadata.json`; the keys down to `default_connectivity_radius` and the statistics mean what they mean in LagrangeBench (Toshev et al. 2023).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metadata {
+    /// What was simulated.
+    pub case: String,
+    /// By what.
+    pub solver: String,
+    /// Space dimensions.
+    pub dim: usize,
+    /// Median distance of a particle to its nearest neighbour at the start of the first episode \[m\].
+    pub dx: f64,
+    /// Time between frames, the control interval \[s\].
+    pub dt: f64,
+    /// Duration of an episode \[s\].
+    pub t_end: f64,
+    /// Frames are kept every so many `dt`.
+    pub write_every: usize,
+    /// Steps of a trajectory to learn from.
+    pub sequence_length_train: usize,
+    /// Number of trajectories to learn from when a fifth is held out.
+    pub num_trajs_train: usize,
+    /// Steps of a held-out trajectory.
+    pub sequence_length_test: usize,
+    /// Number of held-out trajectories.
+    pub num_trajs_test: usize,
+    /// Greatest number of particles in an episode.
+    pub num_particles_max: usize,
+    /// Whether space repeats along each axis: never.
+    pub periodic_boundary_conditions: [bool; 3],
+    /// Least and greatest position along each axis \[m\].
+    pub bounds: [[f64; 2]; 3],
+    /// One and a half `dx` \[m\].
+    pub default_connectivity_radius: f64,
+    /// Of all episodes.
+    #[serde(flatten)]
+    pub statistics: Statistics,
+    /// Every episode's file and tool.
+    pub episodes: Vec<Entry>,
+    /// Seed of the dataset.
+    pub seed: u64,
+    /// The spec that made it.
+    pub spec: serde_json::Value,
+}
+
+/// One episode in [`Metadata`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// File name in the folder.
+    pub file: String,
+    /// Name of the tool.
+    pub tool: String,
+    /// The action θ.
+    pub theta: Vec<f64>,
+}
+
+impl Metadata {
+    const FILE: &str = "metadata.json";
+
+    /// Describes all `episodes` that `spec` asks for.
+    pub(super) fn describe(spec: &DatasetSpec, episodes: &[Episode]) -> anyhow::Result<Self> {
+        let held = held_out(episodes.iter().map(|e| &e.tool[..]), HELD_OUT).into_iter().filter(|h| *h).count();
+        let points = episodes.iter().flat_map(|e| &e.states).flat_map(|x| &x.positions);
+        let (low, high) =
+            points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+        let (dx, dt) = (spacing(&episodes[0].states[0].positions), episodes[0].interval);
+        let entry = |(k, e): (usize, &Episode)| Entry {
+            file: episode_path(Path::new(""), k).to_string_lossy().into_owned(),
+            tool: e.tool.clone(),
+            theta: e.theta.clone(),
+        };
+        Ok(Self {
+            case: "pliant".into(),
+            solver: "rapier3d".into(),
+            dim: 3,
+            dx,
+            dt,
+            t_end: dt * spec.steps as f64,
+            write_every: 1,
+            sequence_length_train: spec.steps,
+            num_trajs_train: episodes.len() - held,
+            sequence_length_test: spec.steps,
+            num_trajs_test: held,
+            num_particles_max: episodes.iter().map(|e| e.states[0].len()).max().unwrap_or_default(),
+            periodic_boundary_conditions: [false; 3],
+            bounds: std::array::from_fn(|i| [low[i], high[i]]),
+            default_connectivity_radius: 1.5 * dx,
+            statistics: Statistics::of(episodes),
+            episodes: episodes.iter().enumerate().map(entry).collect(),
+            seed: spec.seed,
+            spec: serde_json::to_value(spec).context("the dataset's spec cannot be written as JSON")?,
+        })
+    }
+
+    /// Writes `metadata.json` into `folder`, whole.
+    pub(super) fn write(&self, folder: &Path) -> anyhow::Result<()> {
+        let mut text = serde_json::to_string_pretty(self).context("the metadata cannot be written as JSON")?;
+        text.push('\n');
+        write_whole(&folder.join(Self::FILE), text.as_bytes())
+    }
+
+    /// Reads `metadata.json` of a finished dataset.
+    pub(super) fn read(folder: &Path) -> anyhow::Result<Self> {
+        let path = folder.join(Self::FILE);
+        let text = std::fs::read_to_string(&path).with_context(|| {
+            format!(
+                "{} is missing: the dataset is not finished; simulate again, it goes on where it stopped",
+                path.display()
+            )
+        })?;
+        serde_json::from_str(&text)
+            .with_context(|| format!("{} is damaged; remove it and simulate again", path.display()))
+    }
+}
+
+/// Median distance to the nearest neighbour \[m\].
+fn spacing(points: &[DVec3]) -> f64 {
+    let nearest = |(i, p): (usize, &DVec3)| {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, q)| p.distance(*q)).fold(f64::INFINITY, f64::min)
+    };
+    let mut distances: Vec<f64> = points.iter().enumerate().map(nearest).collect();
+    distances.sort_by(f64::total_cmp);
+    // A lone particle has no neighbour, and JSON no infinity.
+    distances.get(distances.len() / 2).copied().filter(|d| d.is_finite()).unwrap_or_default()
+}

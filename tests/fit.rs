@@ -1,0 +1,126 @@
+//! Stages fit the models that configs name: written constants, a network, and a network beside written laws.
+use glam::DVec3;
+use pliant::data::Episode;
+use pliant::model::{ModelSpec, WorldModel};
+use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, SurfacePoint, ToolShape};
+use pliant::train::{FitSpec, Split, Tools, evaluate};
+use pliant::watch::Watch;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::sync::Arc;
+
+fn written(viscosity: f64, stiffness: f64) -> Value {
+    json!({"kind": "particles", "substeps": 8, "keep": 0.02, "laws": [
+        {"kind": "viscosity", "rate": viscosity, "reach": 0.012},
+        {"kind": "floor", "radius": 0.004, "stiffness": 2e3, "damping": 2.0, "friction": 0.4, "slip": 0.02},
+        {"kind": "tool", "radius": 0.004, "stiffness": stiffness, "damping": 2.0, "friction": 0.2, "slip": 0.02},
+        {"kind": "gravity", "acceleration": 0.1},
+    ]})
+}
+
+fn learned() -> Value {
+    let edges = json!(["particle", "tool", "floor"]);
+    json!({"kind": "learned", "width": 12, "rounds": 1, "sharing": "shared", "edges": edges, "radius": 0.014,
+        "scale": 0.004, "seed": 1})
+}
+
+/// A model of a network alone, or of the laws of `beside` with a network.
+fn with_network(beside: Option<Value>) -> Value {
+    let graph = json!({"kind": "radius", "radius": 0.014, "edges": ["particle", "tool", "floor"]});
+    let mut model = beside.unwrap_or(json!({"kind": "particles", "substeps": 1, "keep": 0.0, "laws": []}));
+    model["graph"] = graph;
+    model["laws"].as_array_mut().unwrap().push(learned());
+    model
+}
+
+fn model(spec: &Value) -> ModelSpec {
+    serde_json::from_value(spec.clone()).unwrap()
+}
+
+/// A plate comes down on a small block of particles, at a place that depends on `k`.
+fn press(world: &dyn WorldModel, k: usize, tools: &Tools) -> Episode {
+    let grid = |i: usize, n: usize| 0.008 * (i as f64 - (n as f64 - 1.0) / 2.0);
+    let positions =
+        (0..18).map(|i| DVec3::new(grid(i % 3, 3), grid(i / 3 % 3, 3), 0.004 + 0.008 * (i / 9) as f64)).collect();
+    let side = DVec3::new(0.004 * (k % 3) as f64 - 0.004, 0.003 * (k % 2) as f64, 0.0);
+    let pose = |t: usize| Pose { translation: side + DVec3::Z * (0.032 - 0.003 * t as f64), ..Pose::default() };
+    let controls: Vec<Control> = (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect();
+    let scene = Scene {
+        particles: Particles::at_rest(positions),
+        tool: tools["plate"].clone(),
+        poses: vec![pose(0)],
+        interval: 0.1,
+        snapshot: None,
+    };
+    let mut states = world.rollout(&scene, &controls);
+    for t in 1..states.len() {
+        let before = states[t - 1].positions.clone();
+        let now = &mut states[t];
+        now.velocities = now.positions.iter().zip(before).map(|(x, b)| (*x - b) / 0.1).collect();
+    }
+    Episode { tool: "plate".into(), theta: Vec::new(), interval: 0.1, start: scene.poses, controls, states }
+}
+
+fn world() -> Split {
+    let half = DVec3::new(0.02, 0.02, 0.01);
+    let corner = |i: usize| DVec3::new(0.01 * (i % 3) as f64 - 0.01, 0.01 * (i / 3) as f64 - 0.01, -half.z);
+    let surface = (0..9).map(|i| SurfacePoint { position: corner(i), normal: DVec3::NEG_Z }).collect();
+    let shape = ToolShape { parts: vec![Part { solid: Solid::Cuboid { half }, surface }] };
+    let tools = Tools::from([("plate".to_owned(), Arc::new(shape))]);
+    let truth = model(&written(40.0, 2e3)).build().unwrap();
+    let all: Vec<Episode> = (0..8).map(|k| press(&*truth, k, &tools)).collect();
+    Split { train: all[..6].to_vec(), held_out: all[6..].to_vec(), tools }
+}
+
+fn fit(stage: Value, spec: &Value, split: &Split, folder: &Path) -> ModelSpec {
+    let stage: FitSpec = serde_json::from_value(stage).unwrap();
+    stage.build().unwrap().fit(&model(spec), split, folder, &Watch::silent()).unwrap()
+}
+
+fn error(spec: ModelSpec, split: &Split) -> f64 {
+    evaluate(&*spec.build().unwrap(), &split.held_out, &split.tools).unwrap().one_step
+}
+
+fn training(steps: u64) -> Value {
+    json!({"kind": "train", "steps": steps, "batch": 4, "horizon": 2, "rate": 5e-3, "warm_up": 10, "last_rate": 0.05,
+        "noise": 0.0, "clip": 1.0, "moving": 0.9, "motion": 1e-4, "validation": 0.2, "validation_windows": 4,
+        "validation_horizon": 3, "validate_every": 20, "log_every": 20, "keep": "best",
+        "weights": "laws.learned.weights", "seed": 0})
+}
+
+#[test]
+fn written_constants_are_identified_through_a_config() {
+    let (split, folder) = (world(), tempfile::tempdir().unwrap());
+    let constants = json!({"laws.viscosity.rate": [1.0, 200.0], "laws.tool.stiffness": [100.0, 1e4]});
+    let stage = json!({"kind": "identify", "constants": constants, "evaluations": 150, "windows": 4, "horizon": 4,
+        "motion": 1e-4, "sigma": 0.2, "seed": 1});
+    let start = written(4.0, 500.0);
+    let fitted = fit(stage, &start, &split, folder.path());
+    assert!(error(fitted.clone(), &split) < 0.05 * error(model(&start), &split));
+    let fitted = serde_json::to_value(fitted).unwrap();
+    let found = (fitted["laws"][0]["rate"].as_f64().unwrap(), fitted["laws"][2]["stiffness"].as_f64().unwrap());
+    assert!((found.0 / 40.0 - 1.0).abs() < 0.02 && (found.1 / 2e3 - 1.0).abs() < 0.02, "{found:?}");
+}
+
+#[test]
+fn a_network_learns_the_world_and_its_config_names_its_weights() {
+    let (split, folder) = (world(), tempfile::tempdir().unwrap());
+    let fitted = fit(training(400), &with_network(None), &split, folder.path());
+    let still = evaluate(&*fitted.clone().build().unwrap(), &split.held_out, &split.tools).unwrap().still_one_step;
+    let error = error(fitted.clone(), &split);
+    assert!(error < still / 3.0, "one-step error {error} beside {still} of standing still");
+    let named = &serde_json::to_value(&fitted).unwrap()["laws"][0]["weights"];
+    assert_eq!(named.as_str().unwrap(), folder.path().join("weights.safetensors").to_str().unwrap());
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path().join("train.json")).unwrap()).unwrap();
+    assert_eq!(report["held_out"]["one_step"].as_f64().unwrap(), error, "the file holds the weights that were judged");
+}
+
+#[test]
+fn a_residual_beside_wrong_constants_beats_them_and_starts_where_they_are() {
+    let (split, folder) = (world(), tempfile::tempdir().unwrap());
+    let (parent, hybrid) = (written(4.0, 500.0), with_network(Some(written(4.0, 500.0))));
+    let parent = error(model(&parent), &split);
+    assert_eq!(error(model(&hybrid), &split), parent, "an untrained network adds nothing");
+    let fitted = error(fit(training(100), &hybrid, &split, folder.path()), &split);
+    assert!(fitted < 0.5 * parent, "{fitted} beside {parent} without the network");
+}
