@@ -20,7 +20,7 @@ fn tools() -> Vec<(String, Box<dyn Tool>)> {
 
 /// A cube, a slab, a ridge, a crumb and a large flat piece, away from the origin.
 fn pieces() -> Vec<Workpiece> {
-    [[0.03, 0.03, 0.03], [0.045, 0.03, 0.02], [0.02, 0.06, 0.05], [0.004, 0.003, 0.003], [0.065, 0.065, 0.015]]
+    [[0.03, 0.03, 0.03], [0.045, 0.03, 0.02], [0.02, 0.06, 0.05], [0.004, 0.003, 0.003], [0.06, 0.06, 0.015]]
         .into_iter()
         .zip([[0.0, 0.0, 0.0], [0.02, -0.03, 0.0], [-0.05, 0.01, 0.0], [0.1, 0.1, 0.0], [0.0, 0.02, 0.0]])
         .map(|(extent, centre)| Workpiece { centre: DVec3::from_array(centre), extent: DVec3::from_array(extent) })
