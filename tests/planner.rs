@@ -2,6 +2,7 @@
 use pliant::planner::{Objective, Plan, PlannerSpec};
 use pliant::problem::{Budget, Metered};
 use pliant::state::{ActionSpace, stream};
+use std::sync::Mutex;
 
 /// A function on a box, its gradient where it has one.
 struct Field<F, G> {
@@ -160,6 +161,25 @@ fn descent_has_no_plan_without_a_gradient_and_spends_nothing_on_finding_out() {
     assert_eq!(run(&named("descent", ""), &metered, 1), None);
     assert_eq!((metered.spent().rollouts, metered.spent().gradients), (0, 0));
     assert!(run(&named("cem", ""), &metered, 1).unwrap().cost < 0.05);
+}
+
+#[test]
+fn descent_starts_from_the_middle_and_the_cheapest_candidates_and_its_last_step_counts() {
+    let asked = Mutex::new(Vec::new());
+    let line = Field {
+        space: space(&[0.0], &[1.0]),
+        value: |x: &[f64]| x[0],
+        slope: Some(|x: &[f64]| {
+            asked.lock().unwrap().push(x[0]);
+            vec![1.0]
+        }),
+    };
+    let spec = named("descent", "candidates = 50\nstarts = 3\nsteps = 1\nrate = 0.01\nlast_rate = 0.01");
+    let plan = run(&spec, &line, 1).unwrap();
+    let asked = asked.into_inner().unwrap();
+    assert_eq!((asked.len(), asked[0]), (3, 0.5));
+    assert!(asked[1] < asked[2] && asked[2] < 0.2, "two of 49 uniform draws: {asked:?}");
+    assert!((plan.theta[0] - (asked[1] - 0.01).max(0.0)).abs() < 1e-15);
 }
 
 #[test]

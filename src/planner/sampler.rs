@@ -35,3 +35,63 @@ impl<S: Sampler> Planner for S {
         best.into_plan()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::{ActionSpace, stream};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Draws far outside the box, and checks what it is told.
+    struct Wild;
+
+    impl Sampler for Wild {
+        type Params = usize;
+        fn init(&self, dimension: usize) -> usize {
+            assert_eq!(dimension, 1);
+            0
+        }
+        fn sample(&self, params: &usize, round: usize, _: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
+            assert_eq!(*params, round);
+            vec![vec![-3.0], vec![0.25], vec![7.0]]
+        }
+        fn update(&self, params: usize, samples: &[Vec<f64>], costs: &[f64]) -> usize {
+            assert_eq!(samples, [[0.0], [0.25], [1.0]]);
+            assert_eq!(costs, [f64::INFINITY, 2.5, 4.0]);
+            params + 1
+        }
+        fn done(&self, least: &[f64]) -> bool {
+            assert!(least.iter().all(|cost| *cost == 2.5));
+            false
+        }
+    }
+
+    struct Line {
+        space: ActionSpace,
+        calls: AtomicUsize,
+    }
+
+    impl Objective for Line {
+        fn space(&self) -> &ActionSpace {
+            &self.space
+        }
+        fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
+            self.calls.fetch_add(1, Ordering::Relaxed);
+            plans.iter().map(|p| if p[0] == 2.0 { -f64::NAN } else { p[0] }).collect()
+        }
+        fn gradient(&self, _: &[f64]) -> Option<(f64, Vec<f64>)> {
+            None
+        }
+        fn exhausted(&self) -> bool {
+            self.calls.load(Ordering::Relaxed) == 3
+        }
+    }
+
+    #[test]
+    fn samplers_see_samples_inside_the_box_and_costs_that_order_until_the_budget_ends() {
+        let space = ActionSpace { names: vec!["x".into()], low: vec![2.0], high: vec![4.0] };
+        let line = Line { space, calls: AtomicUsize::new(0) };
+        let plan = Wild.plan(&line, &mut stream(1, &[1])).unwrap();
+        assert_eq!((plan, line.calls.into_inner()), (Plan { theta: vec![2.5], cost: 2.5 }, 3));
+    }
+}

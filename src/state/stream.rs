@@ -3,14 +3,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 
-/// The random stream of one purpose: ChaCha8 keyed by SHA-256 of `seed`, the length of `purpose`, and `purpose`, as
-/// little-endian words.
+/// The random stream of one purpose: ChaCha8 keyed by SHA-256 of `seed` and the words of `purpose`, little-endian.
 ///
 /// Begin `purpose` with a word that no other user of the seed begins with, such as `u64::from_le_bytes(*b"planning")`, then
 /// count (episode, action, tool …). A stream depends on nothing else, so no other stream's use and no thread count moves it.
 pub fn stream(seed: u64, purpose: &[u64]) -> ChaCha8Rng {
     let mut hash = Sha256::new();
-    for word in [seed, purpose.len() as u64].iter().chain(purpose) {
+    for word in std::iter::once(&seed).chain(purpose) {
         hash.update(word.to_le_bytes());
     }
     ChaCha8Rng::from_seed(hash.finalize().into())
