@@ -9,5 +9,6 @@ pub mod model;
 pub mod planner;
 pub mod problem;
 pub mod state;
+pub mod sweep;
 pub mod tool;
 pub mod watch;
