@@ -11,6 +11,7 @@ pub mod planner;
 pub mod problem;
 pub mod shape;
 pub mod state;
+pub mod sweep;
 pub mod tool;
 pub mod train;
 pub mod watch;

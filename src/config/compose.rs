@@ -154,8 +154,8 @@ impl Composer {
 
 fn child<'a>(shape: &Shape<'a>, key: &str) -> Option<Shape<'a>> {
     match shape.property(key) {
-        Property::Declared(shape) | Property::Free(shape) => Some(shape),
-        Property::Unknown | Property::Open => None,
+        Property::Declared(shape) | Property::Free(shape) | Property::Open(shape) => Some(shape),
+        Property::Unknown => None,
     }
 }
 

@@ -3,6 +3,7 @@ use super::resolved::Resolved;
 use super::source::{Manner, Place, Sources, line_and_column};
 use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use std::fmt;
+use std::sync::Arc;
 
 /// Lines longer than this [bytes] are not drawn: nobody wrote them by hand.
 const DRAWN_LINE: usize = 2000;
@@ -29,7 +30,7 @@ struct Spot {
     place: Place,
     manner: Manner,
     name: String,
-    code: Option<NamedSource<String>>,
+    code: Option<NamedSource<Arc<str>>>,
     line: usize,
     column: usize,
 }
@@ -55,7 +56,7 @@ impl ConfigError {
             let source = sources.of(place);
             let (line, column) = line_and_column(&source.text, place.start);
             let drawn = source.text.lines().nth(line - 1).is_none_or(|text| text.len() <= DRAWN_LINE);
-            let code = drawn.then(|| NamedSource::new(&source.name, source.text.clone()));
+            let code = drawn.then(|| NamedSource::new(&source.name, Arc::clone(&source.text)));
             Spot { place, manner: source.manner, name: source.name.clone(), code, line, column }
         });
         self

@@ -72,7 +72,7 @@ pub(super) fn stems(folder: &Path) -> Vec<String> {
     stems
 }
 
-/// A path as errors show it: without `..` where that is safe to fold, relative to the current folder where it lies in it.
+/// A path as errors show it: `a/../b` folded to `b`, relative to the current folder where it lies in it.
 pub(super) fn shown(path: &Path) -> PathBuf {
     let mut folded = PathBuf::new();
     for component in path.components() {

@@ -39,6 +39,8 @@ use serde_json::Value as Json;
 use shape::Shape;
 use std::path::Path;
 
+pub(crate) use overrides::{assignment, meaning};
+
 pub use error::ConfigError;
 pub use fingerprint::{Fingerprint, fingerprint};
 pub use resolved::Resolved;

@@ -3,10 +3,40 @@ use super::error::ConfigError;
 use super::group::{Groups, select};
 use super::merge::merge;
 use super::parse::DEEPEST;
+use super::print::inline;
 use super::source::{Manner, Place, Sources};
 use super::suggest::{enumerate, nearest};
 use super::tree::{Entry, Node, Table, Value};
 use super::word::Reader;
+use serde_json::Value as Json;
+
+/// The override `key=value`, with the value as the command line takes it.
+pub(crate) fn assignment(key: &str, value: &Json) -> String {
+    let bare = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '-' | '.' | '/');
+    match value {
+        Json::String(word) if word.starts_with(char::is_alphabetic) && word.chars().all(bare) && !spoken_for(word) => {
+            format!("{key}={word}")
+        }
+        value => format!("{key}={}", Node::from_json(value, None).map_or_else(String::new, |node| inline(&node))),
+    }
+}
+
+fn spoken_for(word: &str) -> bool {
+    matches!(word, "true" | "false" | "inf" | "nan")
+}
+
+/// The key that an override is about and the value it gives to it, `null` for a deletion.
+///
+/// # Errors
+/// It is no override.
+pub(crate) fn meaning(text: &str) -> Result<(String, Json), ConfigError> {
+    let Override { path, action } = Override::parse(text, &mut Sources::default())?;
+    let key = path.into_iter().map(|(key, _)| key).collect::<Vec<_>>().join(".");
+    Ok(match action {
+        Action::Set(node) | Action::Add(node) => (key, node.to_json()),
+        Action::Delete => (key, Json::Null),
+    })
+}
 
 /// One command-line override.
 #[derive(Debug)]

@@ -18,8 +18,8 @@ pub(super) enum Property<'a> {
     Free(Shape<'a>),
     /// Not allowed.
     Unknown,
-    /// Nothing is known about it.
-    Open,
+    /// Anything may stand there.
+    Open(Shape<'a>),
 }
 
 /// Why no alternative of a schema fits a value.
@@ -148,13 +148,17 @@ impl<'a> Shape<'a> {
         for layer in &self.layers {
             match layer.get("additionalProperties").or_else(|| layer.get("unevaluatedProperties")) {
                 Some(Json::Bool(false)) => closed = true,
-                Some(Json::Bool(true)) => return Property::Open,
+                Some(Json::Bool(true)) => return Property::Open(self.anything()),
                 Some(schema) => return Property::Free(Self::of(self.root, schema)),
                 // serde drops what a struct does not declare; a config that says more than is read is a mistake
                 None => closed |= layer.contains_key("properties"),
             }
         }
-        if closed { Property::Unknown } else { Property::Open }
+        if closed { Property::Unknown } else { Property::Open(self.anything()) }
+    }
+
+    fn anything(&self) -> Shape<'a> {
+        Shape { root: self.root, layers: Vec::new() }
     }
 
     /// Whether the entries of a table here are named freely, all of one shape.

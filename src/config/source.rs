@@ -1,4 +1,5 @@
 //! The texts that a config is made of, files and command-line overrides, and places inside them.
+use std::sync::Arc;
 
 /// How a text entered the config.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,7 +16,7 @@ pub(super) enum Manner {
 #[derive(Clone, Debug)]
 pub(super) struct Source {
     pub(super) name: String,
-    pub(super) text: String,
+    pub(super) text: Arc<str>,
     pub(super) manner: Manner,
 }
 
@@ -43,7 +44,7 @@ pub(super) struct Sources {
 impl Sources {
     /// Remembers a text and returns its number.
     pub(super) fn add(&mut self, name: String, text: String, manner: Manner) -> usize {
-        self.list.push(Source { name, text, manner });
+        self.list.push(Source { name, text: text.into(), manner });
         self.list.len() - 1
     }
 

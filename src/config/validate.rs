@@ -6,6 +6,9 @@ use super::suggest::{enumerate, nearest};
 use super::tree::{Node, Value};
 use serde_json::Value as Json;
 
+/// So many problems are told at once [1]; whoever has more begins with these.
+const TOLD: usize = 12;
+
 /// Everything that is wrong with `root`, as one error.
 ///
 /// # Errors
@@ -23,6 +26,9 @@ struct Check<'a> {
 
 impl Check<'_> {
     fn report(&mut self, message: String, label: String, help: Option<String>, place: Option<Place>) {
+        if self.problems.len() >= TOLD {
+            return;
+        }
         let error = ConfigError::new(message).labelled(label).spotted(self.sources, place);
         self.problems.push(match help {
             Some(help) => error.helped(help),
@@ -145,7 +151,7 @@ impl Check<'_> {
                     let help = format!("the keys of {} are {}", name(path), enumerate(known));
                     self.report(format!("unknown key `{key}` in {}", name(path)), label, Some(help), entry.key);
                 }
-                Property::Open => {}
+                Property::Open(_) => {}
             }
         }
         for key in shape.all("required").filter_map(Json::as_array).flatten().filter_map(Json::as_str) {

@@ -1,0 +1,81 @@
+//! The trials that are not done, several at once.
+use super::freeze::Frozen;
+use super::trial::{Ending, FrozenTrial};
+use crate::watch::Watch;
+use anyhow::Result;
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// What has become of the trials of a sweep.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    /// The folder of the sweep.
+    pub folder: PathBuf,
+    /// Trials that are done, in this run or before [1].
+    pub done: usize,
+    /// The folders of the trials that failed in this run.
+    pub failed: Vec<PathBuf>,
+    /// Trials that another process is running [1].
+    pub elsewhere: usize,
+    /// Trials that never started because somebody asked to stop [1].
+    pub left: usize,
+}
+
+/// Runs every trial that is not done in a process of its own, `jobs` at once, until all ran or `watch` says stop.
+///
+/// # Errors
+/// A file cannot be written: no further trial starts then, and the running ones are waited for.
+pub fn launch(frozen: &Frozen, jobs: usize, watch: &Watch) -> Result<Outcome> {
+    let bar = watch.stage("trials", frozen.trials.len() as u64);
+    let line = Line { frozen, watch, bar, next: AtomicUsize::new(0), broken: AtomicBool::new(false) };
+    let endings: Result<Vec<Vec<(&FrozenTrial, Ending)>>> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..jobs.max(1)).map(|_| scope.spawn(|| line.work())).collect();
+        workers.into_iter().map(|worker| worker.join().expect("a worker has no reason to panic")).collect()
+    });
+    let endings: Vec<(&FrozenTrial, Ending)> = endings?.into_iter().flatten().collect();
+    let count = |wanted: Ending| endings.iter().filter(|(_, ending)| *ending == wanted).count();
+    let failed = endings.iter().filter(|(_, ending)| *ending == Ending::Failed);
+    let mut failed: Vec<PathBuf> = failed.map(|(trial, _)| trial.folder.clone()).collect();
+    failed.sort_unstable();
+    line.bar.finish();
+    Ok(Outcome {
+        folder: frozen.folder.clone(),
+        done: count(Ending::Done),
+        failed,
+        elsewhere: count(Ending::Elsewhere),
+        left: frozen.trials.len() - endings.len(),
+    })
+}
+
+/// The trials in line, from which each worker takes the next.
+struct Line<'a> {
+    frozen: &'a Frozen,
+    watch: &'a Watch,
+    bar: ProgressBar,
+    next: AtomicUsize,
+    broken: AtomicBool,
+}
+
+impl<'a> Line<'a> {
+    fn work(&self) -> Result<Vec<(&'a FrozenTrial, Ending)>> {
+        let mut endings = Vec::new();
+        while let Some(trial) = self.take() {
+            let ending = match trial.done() {
+                true => Ending::Done,
+                false if self.watch.stopped() || self.broken.load(Ordering::Relaxed) => continue,
+                false => trial.run(&self.frozen.command).inspect_err(|_| self.broken.store(true, Ordering::Relaxed))?,
+            };
+            if ending == Ending::Failed {
+                self.bar.println(format!("failed: {}", trial.failure().display()));
+            }
+            endings.push((trial, ending));
+            self.bar.inc(1);
+        }
+        Ok(endings)
+    }
+
+    fn take(&self) -> Option<&'a FrozenTrial> {
+        self.frozen.trials.get(self.next.fetch_add(1, Ordering::Relaxed))
+    }
+}
