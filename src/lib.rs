@@ -7,6 +7,7 @@ pub mod metric;
 pub mod model;
 pub mod planner;
 pub mod problem;
+pub mod shape;
 pub mod state;
 pub mod tool;
 pub mod watch;
