@@ -7,6 +7,7 @@ pub mod data;
 pub mod graph;
 pub mod metric;
 pub mod model;
+pub mod perception;
 pub mod planner;
 pub mod problem;
 pub mod shape;
