@@ -12,6 +12,9 @@ const RADIUS: f64 = 0.02;
 const INTERVAL: f64 = 0.1;
 const SCALE: f64 = 0.004;
 
+/// Moves one quantity of a tool part by a vector.
+type Nudge = fn(&mut Moment, usize, DVec3);
+
 #[derive(Clone)]
 struct Moment {
     particles: Particles,
@@ -155,7 +158,7 @@ fn derivatives_agree_with_central_differences() {
     close("velocities", &exact(&grad.particles.velocities, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.1);
 
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-    let tool_motions: [(&str, f64, f64, fn(&mut Moment, usize, DVec3)); 4] = [
+    let tool_motions: [(&str, f64, f64, Nudge); 4] = [
         ("translation", RADIUS, 2e-3, |m, k, d| m.poses[k].translation += d),
         ("rotation", 1.0, 2e-3, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
         ("linear", SCALE / INTERVAL, 3e-2, |m, k, d| m.twists[k].linear += d),
@@ -245,56 +248,4 @@ fn threads_share_a_law_and_an_untrained_one_is_zero() {
     assert_eq!((law.rate(), law.reach()), (Rate::Step, RADIUS));
     assert!(here.acceleration(&spec(16).build().unwrap()).iter().all(|a| *a == DVec3::ZERO));
     assert!(Moment::random(0).acceleration(&law).is_empty());
-}
-
-#[test]
-fn weights_survive_the_disk_and_bad_files_are_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("w.safetensors");
-    let law = shaken();
-    law.save(&path).unwrap();
-    let from = |width: usize, path: &std::path::Path| LearnedSpec { weights: Some(path.into()), ..spec(width) }.build();
-    let loaded = from(16, &path).unwrap();
-    assert_eq!(loaded.weights(), law.weights());
-    let bytes = std::fs::read(&path).unwrap();
-    loaded.save(&path).unwrap();
-    assert_eq!(bytes, std::fs::read(&path).unwrap(), "the same weights are the same bytes");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no half file is left");
-
-    let complaint = |width, path: &std::path::Path| format!("{:#}", from(width, path).unwrap_err());
-    let other = complaint(24, &path);
-    for part in ["w.safetensors", "width 16", "width 24", "[10, 24]", "[10, 16]"] {
-        assert!(other.contains(part), "{part} in {other}");
-    }
-    let rounds = LearnedSpec { weights: Some(path.clone()), rounds: 3, ..spec(16) }.build().unwrap_err();
-    assert!(format!("{rounds:#}").contains("3 rounds"), "{rounds:#}");
-    let bad = folder.path().join("bad.safetensors");
-    assert!(complaint(16, &bad).contains("bad.safetensors"));
-    let mut not_a_number = bytes.clone();
-    let last = bytes.len() - 4;
-    not_a_number[last..].copy_from_slice(&f32::NAN.to_le_bytes());
-    let mut hostile = bytes.clone();
-    hostile[..8].copy_from_slice(&u64::MAX.to_le_bytes());
-    let mut longer = bytes.clone();
-    longer.extend([0; 16]);
-    let cut = [0, 7, 8, 50, bytes.len() / 2, bytes.len() - 1].map(|n| bytes[..n].to_vec());
-    for damaged in cut.into_iter().chain([not_a_number, hostile, longer]) {
-        std::fs::write(&bad, &damaged).unwrap();
-        assert!(complaint(16, &bad).contains("bad.safetensors"));
-    }
-}
-
-#[test]
-fn impossible_configs_are_sentences() {
-    let complaint = |change: &dyn Fn(&mut LearnedSpec)| {
-        let mut spec = spec(16);
-        change(&mut spec);
-        format!("{:#}", spec.build().unwrap_err())
-    };
-    assert!(complaint(&|s| s.edges = vec!["flor".into()]).contains("floor"));
-    assert!(complaint(&|s| s.edges.push("tool".into())).contains("twice"));
-    assert!(complaint(&|s| s.scale = 0.0).contains("scale"));
-    assert!(complaint(&|s| s.radius = f64::NAN).contains("radius"));
-    assert!(complaint(&|s| s.width = 0).contains("width"));
-    assert!(complaint(&|s| s.rounds = 0).contains("rounds"));
 }

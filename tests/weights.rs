@@ -1,0 +1,79 @@
+//! Weights on disk and the learned law's config: what is written comes back, and what cannot be used is a sentence.
+use pliant::model::law::{Law, Learned, LearnedSpec};
+use pliant::model::net::Sharing;
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+fn spec(width: usize) -> LearnedSpec {
+    LearnedSpec {
+        width,
+        rounds: 2,
+        sharing: Sharing::Shared,
+        edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
+        radius: 0.02,
+        scale: 0.004,
+        seed: 1,
+        weights: None,
+    }
+}
+
+/// A law that was shaken out of its zero start.
+fn shaken() -> Learned {
+    let mut law = spec(16).build().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let weights: Vec<f32> = law.weights().iter().map(|w| w + rng.random_range(-0.15..0.15)).collect();
+    law.set_weights(&weights);
+    law
+}
+
+#[test]
+fn weights_survive_the_disk_and_bad_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.safetensors");
+    let law = shaken();
+    law.save(&path).unwrap();
+    let from = |width: usize, path: &std::path::Path| LearnedSpec { weights: Some(path.into()), ..spec(width) }.build();
+    let loaded = from(16, &path).unwrap();
+    assert_eq!(loaded.weights(), law.weights());
+    let bytes = std::fs::read(&path).unwrap();
+    loaded.save(&path).unwrap();
+    assert_eq!(bytes, std::fs::read(&path).unwrap(), "the same weights are the same bytes");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no half file is left");
+
+    let complaint = |width, path: &std::path::Path| format!("{:#}", from(width, path).unwrap_err());
+    let other = complaint(24, &path);
+    for part in ["w.safetensors", "width 16", "width 24", "[10, 24]", "[10, 16]"] {
+        assert!(other.contains(part), "{part} in {other}");
+    }
+    let rounds = LearnedSpec { weights: Some(path.clone()), rounds: 3, ..spec(16) }.build().unwrap_err();
+    assert!(format!("{rounds:#}").contains("3 rounds"), "{rounds:#}");
+    let bad = folder.path().join("bad.safetensors");
+    assert!(complaint(16, &bad).contains("bad.safetensors"));
+    let mut not_a_number = bytes.clone();
+    let last = bytes.len() - 4;
+    not_a_number[last..].copy_from_slice(&f32::NAN.to_le_bytes());
+    let mut hostile = bytes.clone();
+    hostile[..8].copy_from_slice(&u64::MAX.to_le_bytes());
+    let mut longer = bytes.clone();
+    longer.extend([0; 16]);
+    let cut = [0, 7, 8, 50, bytes.len() / 2, bytes.len() - 1].map(|n| bytes[..n].to_vec());
+    for damaged in cut.into_iter().chain([not_a_number, hostile, longer]) {
+        std::fs::write(&bad, &damaged).unwrap();
+        assert!(complaint(16, &bad).contains("bad.safetensors"));
+    }
+}
+
+#[test]
+fn impossible_configs_are_sentences() {
+    let complaint = |change: &dyn Fn(&mut LearnedSpec)| {
+        let mut spec = spec(16);
+        change(&mut spec);
+        format!("{:#}", spec.build().unwrap_err())
+    };
+    assert!(complaint(&|s| s.edges = vec!["flor".into()]).contains("floor"));
+    assert!(complaint(&|s| s.edges.push("tool".into())).contains("twice"));
+    assert!(complaint(&|s| s.scale = 0.0).contains("scale"));
+    assert!(complaint(&|s| s.radius = f64::NAN).contains("radius"));
+    assert!(complaint(&|s| s.width = 0).contains("width"));
+    assert!(complaint(&|s| s.rounds = 0).contains("rounds"));
+}
