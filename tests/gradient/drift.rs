@@ -8,7 +8,7 @@ pub(crate) struct Drift {
     pub(crate) weights: Vec<f32>,
 }
 
-const FADE: f64 = 0.015;
+const FADE: f64 = 0.02;
 
 impl Drift {
     /// Calls back with each edge: (receiver, sender or sample's part, offset, fade, its slope, sample's velocity).

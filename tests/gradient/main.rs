@@ -38,7 +38,7 @@ fn analytic() -> ParticleModel {
 
 fn hybrid() -> ParticleModel {
     let graph: GraphSpec =
-        toml_edit::de::from_str("kind = \"radius\"\nradius = 0.015\nedges = [\"particle\", \"tool\"]").unwrap();
+        toml_edit::de::from_str("kind = \"radius\"\nradius = 0.02\nedges = [\"particle\", \"tool\"]").unwrap();
     let mut laws = analytic_laws();
     laws.push(Box::new(Drift { weights: vec![150.0, 4.0, 0.5] }));
     ParticleModel::new(40, 0.01, Some(graph.build().unwrap()), laws).unwrap()
@@ -67,12 +67,12 @@ fn problem(rng: &mut ChaCha8Rng) -> (Scene, Vec<Control>, Mixed) {
     let mut positions = Vec::new();
     for n in 0..48 {
         let grid = DVec3::new((n % 4) as f64 - 1.5, (n / 4 % 4) as f64 - 1.5, (n / 16) as f64 + 0.5);
-        positions.push(0.008 * grid + 0.0008 * vector(rng));
+        positions.push(0.0105 * grid + 0.001 * vector(rng));
     }
     let velocities = positions.iter().map(|_| 0.02 * vector(rng)).collect();
     let sample = |normal: DVec3, scale: DVec3| SurfacePoint { position: normal * scale, normal };
     let faces = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::Z];
-    let (half, rod) = (DVec3::new(0.012, 0.012, 0.006), DVec3::new(0.006, 0.03, 0.006));
+    let (half, rod) = (DVec3::new(0.016, 0.016, 0.006), DVec3::new(0.006, 0.03, 0.006));
     let tool = ToolShape {
         parts: vec![
             Part { solid: Solid::Cuboid { half }, surface: faces.map(|n| sample(n, half)).to_vec() },
@@ -87,10 +87,10 @@ fn problem(rng: &mut ChaCha8Rng) -> (Scene, Vec<Control>, Mixed) {
         let roll = DVec3::new(0.1 * t, 2.0 * t, 0.3);
         vec![
             Pose {
-                translation: DVec3::new(0.002 * t, 0.001, 0.034 - 0.01 * t),
+                translation: DVec3::new(0.002 * t, 0.001, 0.037 - 0.01 * t),
                 rotation: DQuat::from_scaled_axis(turn),
             },
-            Pose { translation: DVec3::new(-0.022 + 0.006 * t, 0.0, 0.009), rotation: DQuat::from_scaled_axis(roll) },
+            Pose { translation: DVec3::new(-0.028 + 0.006 * t, 0.0, 0.009), rotation: DQuat::from_scaled_axis(roll) },
         ]
     };
     let controls = (1..=STEPS).map(|t| Control { poses: poses(t as f64 / STEPS as f64) }).collect();

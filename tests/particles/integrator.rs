@@ -37,10 +37,10 @@ fn kept_velocity_does_not_depend_on_the_substep() {
 #[test]
 fn the_error_is_of_first_order_in_the_substep() {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let positions: Vec<DVec3> = block().into_iter().filter(|x| x.length() < 0.02).collect();
+    let positions: Vec<DVec3> = block().into_iter().filter(|x| x.length() < 0.025).collect();
     let velocities = positions.iter().map(|_| 0.05 * vector(&mut rng)).collect();
-    let start = scene(Particles { positions, velocities }, vec![cuboid(0.05, 0.05, 0.01)], vec![at(0.026)]);
-    let controls = [Control { poses: vec![at(0.023)] }];
+    let start = scene(Particles { positions, velocities }, vec![cuboid(0.05, 0.05, 0.01)], vec![at(0.034)]);
+    let controls = [Control { poses: vec![at(0.031)] }];
     let end = |substeps: usize| {
         let laws = analytic().laws.into_iter().map(|law| law.build().unwrap()).collect();
         model(substeps, laws).rollout(&start, &controls).pop().unwrap()
@@ -127,7 +127,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
     #[test]
     fn relabelling_particles_relabels_the_rollout_bit_for_bit(
-        order in Just((0..196).collect::<Vec<usize>>()).prop_shuffle(), seed in 0u64..1000,
+        order in Just((0..120).collect::<Vec<usize>>()).prop_shuffle(), seed in 0u64..1000,
     ) {
         let model = analytic_model();
         let (start, controls) = random_motion(seed, 3);

@@ -43,3 +43,16 @@ fn nothing_moves_in_the_still_model() {
     let (start, controls) = alone(Particles::at_rest(block()), 3);
     assert!(model.rollout(&start, &controls).iter().all(|x| *x == start.particles));
 }
+
+#[test]
+fn the_hybrid_is_the_analytical_model_and_a_learned_law() {
+    let laws = |name: &str| -> Vec<String> {
+        let path = format!("{}/configs/model/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let config: toml_edit::DocumentMut = std::fs::read_to_string(path).unwrap().parse().unwrap();
+        config["dynamics"]["laws"].as_array_of_tables().unwrap().iter().map(|law| law.to_string()).collect()
+    };
+    let hybrid = laws("hybrid");
+    let (learned, written) = hybrid.split_last().unwrap();
+    assert_eq!(written, laws("analytic"));
+    assert!(learned.contains("learned"));
+}
