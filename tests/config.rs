@@ -43,6 +43,9 @@ struct TrainSpec {
     steps: usize,
     #[serde(default)]
     widths: Vec<usize>,
+    /// A name kept as a name although `planner` is a folder.
+    #[serde(default)]
+    planner: String,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -218,7 +221,10 @@ fn overrides_change_add_and_delete_whatever_their_order() {
 fn a_key_named_like_a_folder_keeps_strings_where_strings_are_wanted() {
     let grid = "extends = \"default\"\n[grid]\nplanner = [\"cem\", \"descent\"]\n\"planner.samples\" = [1, 2]\n";
     let house = House::new(&[("compare/grid", grid)]);
-    let loaded = house.load("compare/grid", &["grid.\"planner.samples\"=[8]"]).unwrap();
+    let loaded =
+        house.load("compare/grid", &["grid.\"planner.samples\"=[8]", "model.learned.train.planner=descent"]).unwrap();
+    let ModelSpec::Learned(learned) = &loaded.spec.model["learned"] else { panic!() };
+    assert_eq!(learned.train.planner, "descent");
     assert_eq!(loaded.spec.grid["planner"], ["cem", "descent"]);
     assert_eq!(loaded.spec.grid["planner.samples"], [8]);
     assert!(loaded.resolved.to_toml().contains("\"planner.samples\" = [8]"), "{}", loaded.resolved.to_toml());

@@ -69,8 +69,10 @@ fn wait_for(path: &Path) {
 #[test]
 fn all_configs_are_frozen_before_the_first_trial_and_each_runs_once() {
     let bench = Bench::new();
-    // the child fails unless it sees the frozen configs of all four trials
-    let child = format!(r#"[ $(ls "${{2#out=}}"/../*/config.toml | wc -l) = 4 ] || exit 9; {CHILD}"#);
+    // the child fails unless it sees the frozen configs of all four trials, and holds the lock itself
+    let checks =
+        r#"[ $(ls "${2#out=}"/../*/config.toml | wc -l) = 4 ] && [ /dev/stdin -ef "${2#out=}/lock" ] || exit 9"#;
+    let child = format!("{checks}; {CHILD}");
     let spec = SweepSpec { jobs: 2, ..bench.spec(&child) };
     let first = bench.run(&spec);
     assert_eq!((first.done, first.failed.len(), runs(&first)), (4, 0, 4));

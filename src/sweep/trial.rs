@@ -69,9 +69,13 @@ impl FrozenTrial {
     /// Runs the trial unless it is done or runs elsewhere.
     pub(super) fn run(&self, command: &[String]) -> Result<Ending> {
         let Some(lock) = self.lock()? else { return Ok(Ending::Elsewhere) };
-        if self.done() {
-            return Ok(Ending::Done);
-        }
+        let ending = if self.done() { Ok(Ending::Done) } else { self.run_locked(&lock, command) };
+        // closing would not do: a process that another thread is just starting holds a copy until it has started
+        lock.unlock()?;
+        ending
+    }
+
+    fn run_locked(&self, lock: &File, command: &[String]) -> Result<Ending> {
         let log_path = self.folder.join("log.txt");
         let log = File::create(&log_path).with_context(|| format!("cannot write `{}`", log_path.display()))?;
         let [program, words @ ..] = command else { anyhow::bail!("`command` is empty: name a program to run") };
@@ -139,4 +143,21 @@ fn last_lines(log: &Path) -> Vec<String> {
     let text = String::from_utf8_lossy(&bytes);
     let lines: Vec<&str> = text.lines().collect();
     lines[lines.len().saturating_sub(LAST_LINES)..].iter().map(|line| (*line).to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trial_that_another_sweep_finished_meanwhile_is_not_run_again() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let trial = FrozenTrial { result: folder.path().join("rows.jsonl"), folder: folder.path().to_owned() };
+        let command = ["/nonexistent/program".to_owned()];
+        fs::write(&trial.result, "").unwrap();
+        assert_eq!(trial.run(&command).unwrap(), Ending::Done);
+        assert!(!trial.failure().exists());
+        fs::remove_file(&trial.result).unwrap();
+        assert_eq!(trial.run(&command).unwrap(), Ending::Failed);
+    }
 }
