@@ -27,6 +27,54 @@ fn pieces() -> Vec<Workpiece> {
         .collect()
 }
 
+/// `press_square.toml` with RoboCook's own head, whose file has the face up and lies away from the origin.
+fn real_press() -> ToolSpec {
+    let text = std::fs::read_to_string("configs/tool/press_square.toml").unwrap();
+    let (keys, _) = text.split_once("[head.solid]").unwrap();
+    let solid = "[head.solid]\nkind = 'mesh'\npath = 'tools/press_square.stl'\nturn = [3.141592653589793, 0.0, 0.0]\n";
+    toml_edit::de::from_str(&(keys.to_owned() + solid)).unwrap()
+}
+
+#[test]
+fn a_head_from_a_mesh_is_centred_with_its_face_down() {
+    let missing = format!("{:#}", real_press().under("nowhere".as_ref()).build().err().expect("no such file"));
+    assert!(missing.contains("nowhere/tools/press_square.stl"), "{missing}");
+
+    // A pyramid, its tip up in the file, away from the origin.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("tools")).unwrap();
+    let corners = [[0.01, 0.01], [0.05, 0.01], [0.05, 0.05], [0.01, 0.05]].map(|[x, y]| [x, y, 0.06]);
+    let tip = [0.03, 0.03, 0.08];
+    let mut facets = vec![[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]];
+    facets.extend((0..4).map(|i| [corners[i], corners[(i + 1) % 4], tip]));
+    let vertex = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+    let facet =
+        |f: &[[f64; 3]; 3]| format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", f.map(vertex).concat());
+    let stl = format!("solid a\n{}endsolid a\n", facets.iter().map(facet).collect::<String>());
+    std::fs::write(folder.path().join("tools/press_square.stl"), stl).unwrap();
+    let press = real_press().under(folder.path()).build().unwrap();
+    let solid = &press.shape().parts[0].solid;
+    assert!(solid.half_extents().distance(DVec3::new(0.02, 0.02, 0.01)) < 1e-7, "{solid:?}");
+    assert!(solid.project(DVec3::new(0.0, 0.0, -0.0099)).distance.abs() < 1e-4, "the tip is not below");
+    assert!(solid.project(DVec3::new(0.018, 0.018, -0.009)).distance > 5e-3, "the base is not above");
+}
+
+#[test]
+fn the_real_press_head_is_the_block_that_its_data_sheet_says() {
+    let here = std::env::current_dir().unwrap();
+    let Some(root) = here.ancestors().map(|a| a.join("shared/data/robocook")).find(|r| r.is_dir()) else {
+        return eprintln!("skipped: shared/data/robocook is not beside the project");
+    };
+    let block = tools().into_iter().find(|(name, _)| name == "press_square").unwrap().1;
+    let press = real_press().under(&root).build().unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for _ in 0..200 {
+        let point = DVec3::from_array(rng.random::<[f64; 3]>()) * 0.08 - 0.04;
+        let distance = |tool: &dyn Tool| tool.shape().parts[0].solid.project(point).distance;
+        assert!((distance(block.as_ref()) - distance(press.as_ref())).abs() < 1e-6, "at {point}");
+    }
+}
+
 fn random_theta(tool: &dyn Tool, piece: &Workpiece, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let space = tool.space(piece);
     let mut theta = space.at(&(0..space.dimension()).map(|_| rng.random()).collect::<Vec<f64>>());

@@ -28,7 +28,7 @@ pub struct GripSpec {
     #[schemars(range(min = 0.0005, max = 0.1))]
     pub height: f64,
     /// Bound of |rotation| \[rad\].
-    #[schemars(range(min = 0.0, max = 3.141592653589793))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub rotation: f64,
     /// Bounds of the final width \[m\]; the upper one gives way to the piece's smaller half extent.
     pub width: [f64; 2],

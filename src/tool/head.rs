@@ -1,9 +1,14 @@
 //! The geometry of a tool's head as a config describes it.
-use crate::state::{Part, Solid};
-use anyhow::ensure;
-use glam::DVec3;
+use super::ToolSpec;
+use crate::shape::read_mesh;
+use crate::state::{Part, Solid, TriangleMesh};
+use anyhow::{Context, ensure};
+use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A rigid head: its solid, and how densely its surface is sampled for graphs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,13 +39,21 @@ pub enum SolidSpec {
         #[schemars(range(min = 0.001, max = 1.0))]
         half_length: f64,
     },
+    /// A mesh from a file, moved so that its bounding box is centred.
+    Mesh {
+        /// An `.stl` file \[m\].
+        path: PathBuf,
+        /// Turn of the file's frame into the part's, an axis times an angle \[rad\].
+        #[serde(default)]
+        turn: [f64; 3],
+    },
 }
 
 impl SolidSpec {
     /// The solid.
     ///
     /// # Errors
-    /// When a size is not positive.
+    /// When a size is not positive, or the mesh cannot be read.
     pub fn build(self) -> anyhow::Result<Solid> {
         match self {
             Self::Cuboid { half } => {
@@ -57,6 +70,18 @@ impl SolidSpec {
                 );
                 Ok(Solid::Cylinder { radius, half_length })
             }
+            Self::Mesh { path, turn } => {
+                let mesh = read_mesh(&path)?;
+                let turn = DQuat::from_scaled_axis(DVec3::from_array(turn));
+                ensure!(turn.is_finite(), "`solid.turn` needs three finite numbers [rad]");
+                let turned: Vec<DVec3> = mesh.vertices.iter().map(|v| turn * *v).collect();
+                let (low, high) =
+                    turned.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+                let centred = turned.iter().map(|v| v - (low + high) / 2.0).collect();
+                let mesh = TriangleMesh::new(centred, mesh.triangles)
+                    .with_context(|| format!("{} cannot be turned into a solid", path.display()))?;
+                Ok(Solid::Mesh(Arc::new(mesh)))
+            }
         }
     }
 }
@@ -65,10 +90,33 @@ impl HeadSpec {
     /// The part with its surface samples.
     ///
     /// # Errors
-    /// When a size is not positive.
+    /// When a size is not positive, or the mesh cannot be read.
     pub fn build(self) -> anyhow::Result<Part> {
         ensure!(self.spacing > 0.0, "`spacing` is {}: surface samples need a positive distance [m]", self.spacing);
         let solid = self.solid.build()?;
         Ok(Part { surface: solid.surface(self.spacing), solid })
+    }
+}
+
+impl ToolSpec {
+    /// The same tool with every relative mesh path taken from the folder `root`.
+    pub fn under(&self, root: &Path) -> Self {
+        let mut tree = serde_json::to_value(self).expect("a spec is plain data");
+        move_meshes(&mut tree, root);
+        serde_json::from_value(tree).expect("only paths were changed")
+    }
+}
+
+/// Whatever the primitive calls its heads, a mesh is a table with a `path` in it.
+fn move_meshes(tree: &mut Value, root: &Path) {
+    match tree {
+        Value::Object(table) => {
+            if let Some(Value::String(path)) = table.get_mut("path") {
+                *path = root.join(&*path).to_string_lossy().into_owned();
+            }
+            table.values_mut().for_each(|below| move_meshes(below, root));
+        }
+        Value::Array(items) => items.iter_mut().for_each(|below| move_meshes(below, root)),
+        _ => {}
     }
 }

@@ -24,7 +24,7 @@ pub struct PressSpec {
     #[schemars(range(min = 0.0005, max = 0.1))]
     pub lowest: f64,
     /// Bound of |rotation| \[rad\].
-    #[schemars(range(min = 0.0, max = 3.141592653589793))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub rotation: f64,
     /// Distance kept above the workpiece at the start and at the end \[m\].
     #[schemars(range(min = 0.001, max = 0.1))]

@@ -24,7 +24,7 @@ pub struct RollSpec {
     #[schemars(range(min = 0.0005, max = 0.1))]
     pub lowest: f64,
     /// Bound of |rotation| \[rad\].
-    #[schemars(range(min = 0.0, max = 3.141592653589793))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub rotation: f64,
     /// Length of the stroke \[m\].
     #[schemars(range(min = 0.0, max = 1.0))]
