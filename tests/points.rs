@@ -230,3 +230,28 @@ fn what_cannot_be_points_is_refused_by_what_is_wrong() {
     let empty = with_file("a.stl", b"solid a\nendsolid a\n", |path| read_mesh(&path)).unwrap_err();
     assert!(format!("{empty:#}").contains("at least one triangle"));
 }
+
+#[test]
+fn the_tool_heads_of_a_real_robot_are_solids_in_metres() {
+    let here = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/robocook");
+    let tools = std::env::var_os("PLIANT_DATA").map_or_else(here, PathBuf::from).join("tools");
+    if !tools.is_dir() {
+        println!("skipped: {} is not there", tools.display());
+        return;
+    }
+    let round = |diameter: f64, length: f64| std::f64::consts::PI / 4.0 * diameter * diameter * length;
+    let heads = [
+        ("press_square", 0.04 * 0.04 * 0.02),
+        ("punch_square", 0.018 * 0.018 * 0.02),
+        ("press_circle", round(0.04, 0.02)),
+        ("punch_circle", round(0.02, 0.02)),
+        ("roller_large", round(0.04, 0.07)),
+        ("roller_small", round(0.024, 0.07)),
+        ("gripper_l_wall", 0.0118 * 0.06 * 0.0506),
+    ];
+    for (name, volume) in heads {
+        let mesh = read_mesh(&tools.join(format!("{name}.stl"))).unwrap();
+        println!("{name}: {:?}, {} triangles, {:.3e} m³", mesh.closure, mesh.triangles.len(), mesh.volume());
+        assert!((mesh.volume() / volume - 1.0).abs() < 0.01, "{name} holds {} m³", mesh.volume());
+    }
+}

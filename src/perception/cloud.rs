@@ -34,7 +34,11 @@ pub struct CloudSpec {
 }
 
 impl CloudSpec {
-    pub(crate) fn build(self) -> anyhow::Result<Cloud> {
+    /// The perception that these numbers describe.
+    ///
+    /// # Errors
+    /// A sentence naming the key whose value is impossible.
+    pub fn build(self) -> anyhow::Result<Cloud> {
         let lengths = [
             ("table_tolerance", self.table_tolerance),
             ("step", self.step),

@@ -16,6 +16,9 @@ pub struct FillSpec {
     /// Gaps in the footprint that are at most twice this wide are closed \[m\].
     #[schemars(range(min = 0.0, max = 0.1))]
     pub closing: f64,
+    /// Then parts of the footprint that are at most twice this wide are dropped: the whiskers that cameras draw at edges \[m\].
+    #[schemars(range(min = 0.0, max = 0.1))]
+    pub opening: f64,
 }
 
 /// A height map on a grid: everything from the table up to the height of its cell.
@@ -31,14 +34,17 @@ pub struct Filled {
 impl Filled {
     /// The volume under `surface`, whose table is z = 0.
     ///
-    /// A cell with points is as high as the highest of them; the footprint is closed (Serra 1982) with a disc, and its cells
-    /// without points take the mean of the cells with points nearby, weighted by 1/distance².
+    /// A cell with points is as high as the highest of them; the footprint is closed and opened (Serra 1982) with discs, and its
+    /// cells without points take the mean of the cells with points nearby, weighted by 1/distance².
     ///
     /// # Errors
-    /// When no point lies above the table, a length of `spec` is impossible, or the cloud is too wide for its cells.
+    /// When no point lies above the table, a length of `spec` is impossible, the cloud is too wide for its cells, or opening
+    /// leaves nothing.
     pub fn under(surface: &[DVec3], spec: &FillSpec) -> anyhow::Result<Self> {
         let cell = positive("fill.cell", spec.cell)?;
-        ensure!(spec.closing >= 0.0 && spec.closing.is_finite(), "fill.closing must be a length, got {}", spec.closing);
+        for (key, length) in [("closing", spec.closing), ("opening", spec.opening)] {
+            ensure!((0.0..=0.1).contains(&length), "fill.{key} must lie between 0 and 0.1 m, got {length}");
+        }
         let above: Vec<_> = surface.iter().filter(|p| p.z > 0.0).collect();
         ensure!(!above.is_empty(), "no point of the cloud lies above the table");
         let reach = (spec.closing / cell).round() as i32;
@@ -58,33 +64,47 @@ impl Filled {
             let index = filled.index(filled.place(point.truncate())).expect("the grid holds the cloud");
             filled.heights[index] = filled.heights[index].max(point.z);
         }
-        filled.close(reach);
+        filled.close(reach, (spec.opening / cell).round() as i32);
+        ensure!(
+            filled.heights.iter().any(|&h| h > 0.0),
+            "no part of the cloud is as wide as twice fill.opening = {}; make it smaller",
+            spec.opening
+        );
         Ok(filled)
     }
 
-    /// Closes the footprint with a disc of `reach` cells and gives the new cells a height.
-    fn close(&mut self, reach: i32) {
-        let disc: Vec<IVec2> = (-reach..=reach)
-            .flat_map(|y| (-reach..=reach).map(move |x| IVec2::new(x, y)))
-            .filter(|d| d.length_squared() <= reach * reach)
-            .collect();
+    /// Closes, then opens the footprint with discs of so many cells, and gives the new cells a height.
+    fn close(&mut self, closing: i32, opening: i32) {
         let known = self.heights.clone();
-        let covered = |mask: &[bool], at: IVec2| self.index(at).is_some_and(|i| mask[i]);
         let occupied: Vec<bool> = known.iter().map(|&h| h > 0.0).collect();
-        let cells: Vec<IVec2> =
-            (0..self.size.y).flat_map(|y| (0..self.size.x).map(move |x| IVec2::new(x, y))).collect();
-        let grown: Vec<bool> = cells.iter().map(|&c| disc.iter().any(|&d| covered(&occupied, c + d))).collect();
-        let closed: Vec<bool> = cells.iter().map(|&c| disc.iter().all(|&d| covered(&grown, c + d))).collect();
-        for (i, &cell) in cells.iter().enumerate().filter(|(i, _)| closed[*i] && !occupied[*i]) {
-            let near = disc.iter().filter_map(|&d| Some((d, known[self.index(cell + d)?]))).filter(|(_, h)| *h > 0.0);
+        let (gaps, whiskers) = (disc(closing), disc(opening));
+        let closed = self.shrunk(&self.grown(&occupied, &gaps), &gaps);
+        let opened = self.grown(&self.shrunk(&closed, &whiskers), &whiskers);
+        for (i, cell) in self.cells().enumerate().filter(|(i, _)| !opened[*i] || !occupied[*i]) {
+            let near = gaps.iter().filter_map(|&d| Some((d, known[self.index(cell + d)?]))).filter(|(_, h)| *h > 0.0);
             let (mut sum, mut weight) = (0.0, 0.0);
             for (d, height) in near {
-                let w = 1.0 / f64::from(d.length_squared());
+                let w = 1.0 / f64::from(d.length_squared().max(1));
                 (sum, weight) = (sum + w * height, weight + w);
             }
             // A closed cell lies within the disc of some cell with points, so there is always a weight.
-            self.heights[i] = sum / weight;
+            self.heights[i] = if opened[i] { sum / weight } else { 0.0 };
         }
+    }
+
+    fn cells(&self) -> impl Iterator<Item = IVec2> + use<> {
+        let size = self.size;
+        (0..size.y).flat_map(move |y| (0..size.x).map(move |x| IVec2::new(x, y)))
+    }
+
+    fn grown(&self, mask: &[bool], disc: &[IVec2]) -> Vec<bool> {
+        let covered = |at: IVec2| self.index(at).is_some_and(|i| mask[i]);
+        self.cells().map(|c| disc.iter().any(|&d| covered(c + d))).collect()
+    }
+
+    fn shrunk(&self, mask: &[bool], disc: &[IVec2]) -> Vec<bool> {
+        let covered = |at: IVec2| self.index(at).is_some_and(|i| mask[i]);
+        self.cells().map(|c| disc.iter().all(|&d| covered(c + d))).collect()
     }
 
     /// Height of the surface above `at`; zero outside the footprint \[m\].
@@ -106,6 +126,12 @@ impl Filled {
         let inside = cell.cmpge(IVec2::ZERO).all() && cell.cmplt(self.size).all();
         inside.then(|| (cell.y * self.size.x + cell.x) as usize)
     }
+}
+
+/// The cells whose middles are at most `reach` cells from that of the one in the middle.
+fn disc(reach: i32) -> Vec<IVec2> {
+    let square = (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| IVec2::new(x, y)));
+    square.filter(|d| d.length_squared() <= reach * reach).collect()
 }
 
 impl Shape for Filled {
