@@ -10,14 +10,16 @@ pub(super) struct Leg<const N: usize> {
 
 /// The path coordinates after each of `steps` steps from `from` along `legs`, at constant speed on each leg.
 ///
-/// A leg ends at the step nearest to its share, and is skipped if that leaves it none; the last leg's end is always reached.
+/// A leg ends at the step nearest to its share that leaves one for every later leg; with fewer steps than legs the first ones
+/// are skipped, so that the end of the last is always reached.
 pub(super) fn along<const N: usize>(steps: usize, from: [f64; N], legs: &[Leg<N>]) -> Vec<[f64; N]> {
     let total: usize = legs.iter().map(|leg| leg.share).sum();
     let mut path = Vec::with_capacity(steps);
     let (mut shares, mut at) = (0, from);
-    for leg in legs {
+    for (i, leg) in legs.iter().enumerate() {
         shares += leg.share;
-        let end = (2 * steps * shares + total) / (2 * total);
+        let nearest = (2 * steps * shares + total) / (2 * total);
+        let end = nearest.min((steps + i + 1).saturating_sub(legs.len())).max(path.len());
         let count = end - path.len();
         for k in 1..=count {
             let s = k as f64 / count as f64;
