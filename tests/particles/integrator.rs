@@ -88,6 +88,16 @@ fn a_particle_rides_on_a_moving_tool() {
     assert!((end.positions[0].z - 0.02).abs() < 0.005);
 }
 
+#[test]
+fn the_only_substep_sees_the_tool_where_it_arrives() {
+    let start = scene(Particles::at_rest(vec![DVec3::ZERO]), vec![cuboid(0.01, 0.01, 0.01)], vec![at(0.1)]);
+    let tool = "kind = \"tool\"\nradius = 0.01\nstiffness = 1.0\ndamping = 0.0\nfriction = 0.0\nslip = 0.001";
+    let moved = |z: f64| model(1, vec![law(tool)]).rollout(&start, &[Control { poses: vec![at(z)] }]).pop().unwrap();
+    assert_eq!(moved(0.021).positions[0], DVec3::ZERO);
+    let expected = -0.1 * 0.1 * 0.004_f64.powf(1.5);
+    assert!((moved(0.016).positions[0].z - expected).abs() < 1e-12);
+}
+
 fn random_motion(seed: u64, steps: usize) -> (Scene, Vec<Control>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let parts = vec![
