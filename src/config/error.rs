@@ -5,7 +5,7 @@ use miette::{Diagnostic, GraphicalReportHandler, LabeledSpan, NamedSource, Sourc
 use std::fmt;
 use std::sync::Arc;
 
-/// Lines longer than this [bytes] are not drawn: nobody wrote them by hand.
+/// Lines of more bytes than this are not drawn: nobody wrote them by hand.
 const DRAWN_LINE: usize = 2000;
 
 /// Why a config was refused: a sentence, the place to mend, and how.

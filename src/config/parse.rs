@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::Path;
 use toml_edit::{Item, TableLike};
 
-/// Configs larger than this [bytes] are data, not configs.
+/// Configs of more bytes than this are data, not configs.
 const LARGEST: u64 = 4 << 20;
 /// Tables and lists may stand inside each other so many times.
 pub(super) const DEEPEST: usize = 64;

@@ -6,7 +6,7 @@ use super::suggest::{enumerate, nearest};
 use super::tree::{Node, Value};
 use serde_json::Value as Json;
 
-/// So many problems are told at once [1]; whoever has more begins with these.
+/// So many problems are told at once; whoever has more begins with these.
 const TOLD: usize = 12;
 
 /// Everything that is wrong with `root`, as one error.

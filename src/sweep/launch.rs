@@ -12,13 +12,13 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 pub struct Outcome {
     /// The folder of the sweep.
     pub folder: PathBuf,
-    /// Trials that are done, in this run or before [1].
+    /// Trials that are done, in this run or before.
     pub done: usize,
     /// The folders of the trials that failed in this run.
     pub failed: Vec<PathBuf>,
-    /// Trials that another process is running [1].
+    /// Trials that another process is running.
     pub elsewhere: usize,
-    /// Trials that never started because somebody asked to stop [1].
+    /// Trials that never started because somebody asked to stop.
     pub left: usize,
 }
 

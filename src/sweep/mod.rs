@@ -41,7 +41,7 @@ pub struct SweepSpec {
     /// Seeds to repeat every trial with, each given to it as `seeds=[s]`; none leaves the seeds of the base.
     #[serde(default)]
     pub seeds: Vec<u64>,
-    /// Trials running at once [1].
+    /// Trials running at once.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 4096))]
     pub jobs: usize,

@@ -9,7 +9,7 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// So many last lines of the log are kept in `failure.json` [1].
+/// So many last lines of the log are kept in `failure.json`.
 const LAST_LINES: usize = 20;
 /// And they are sought in so many last bytes of it.
 const LAST_BYTES: u64 = 64 << 10;
