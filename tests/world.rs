@@ -399,3 +399,19 @@ fn impossible_scenes_name_their_key() {
         assert!(error.contains(key), "{error}");
     }
 }
+
+#[test]
+fn the_shipped_scene_builds_at_both_ends_of_its_ranges() {
+    let read = |path: &str| std::fs::read_to_string(path).unwrap().parse::<toml_edit::DocumentMut>().unwrap();
+    let mut scene = read("configs/scene/dough.toml");
+    scene["material"] = toml_edit::Item::Table(read("configs/material/dough.toml").as_table().clone());
+    let shipped: SceneSpec = toml_edit::de::from_document(scene).unwrap();
+    let StartSpec::Block(ranges) = &shipped.start else { panic!("the shipped start is a block") };
+    for end in [0, 1] {
+        let of = |range: [f64; 2]| [range[end]; 2];
+        let block = BlockSpec { x: of(ranges.x), y: of(ranges.y), z: of(ranges.z), turn: of(ranges.turn) };
+        let world = World::new(&SceneSpec { start: StartSpec::Block(block), ..shipped.clone() }, 0).unwrap();
+        assert_eq!(world.particles().len(), shipped.particles);
+    }
+    assert_eq!(SceneSpec { start: spec().start, ..shipped }, spec(), "the tests measure what is shipped");
+}
