@@ -1,6 +1,6 @@
 //! Dough as a soft body of the engine, and which of its particles models see.
 use super::SceneSpec;
-use super::lattice::{Lattice, volume};
+use super::lattice::Lattice;
 use super::scale::{inward, length};
 use glam::DVec3;
 use rapier3d::prelude::*;
@@ -25,11 +25,6 @@ pub(super) fn body(spec: &SceneSpec, lattice: &Lattice, lift: f64) -> SoftBodyBu
         .additional_pgs_iterations(spec.solver.sweeps - 1)
         .surface_collider(surface)
         .can_sleep(false)
-}
-
-/// Volume of the tetrahedra between `corners` \[m³\].
-pub(super) fn total_volume(tetrahedra: &[[u32; 4]], corners: &[DVec3]) -> f64 {
-    tetrahedra.iter().map(|t| volume(t.map(|i| corners[i as usize]))).sum()
 }
 
 /// The `count` points that repeated choice of the one farthest from all chosen before gives, from the first on.
@@ -59,7 +54,7 @@ fn edges(lattice: &Lattice) -> Vec<[u32; 2]> {
 }
 
 /// Faces of one tetrahedron only, seen from outside counter-clockwise.
-fn faces(lattice: &Lattice) -> Vec<[u32; 3]> {
+pub(super) fn faces(lattice: &Lattice) -> Vec<[u32; 3]> {
     let mut single = BTreeMap::new();
     for t in &lattice.tetrahedra {
         for face in [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|f| f.map(|k: usize| t[k])) {

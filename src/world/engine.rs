@@ -5,11 +5,9 @@ use super::{SceneSpec, dough, hand};
 use crate::state::{Pose, ToolShape};
 use glam::DVec3;
 use rapier3d::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-
-/// Half the side of the table, and its thickness \[m\].
-const TABLE: (f64, f64) = (2.0, 0.5);
 
 /// Rapier's world and the handles into it.
 #[derive(Serialize, Deserialize)]
@@ -26,11 +24,8 @@ impl Engine {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::NEG_Z * length(GRAVITY);
         physics.integration_parameters = parameters(spec);
-        let (half, thickness) = (length(TABLE.0), length(TABLE.1));
-        physics.insert(
-            RigidBodyBuilder::fixed().translation(Vector::NEG_Z * (thickness / 2.0)),
-            ColliderBuilder::cuboid(half, half, thickness / 2.0).friction(friction),
-        );
+        let table = ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(friction);
+        physics.insert(RigidBodyBuilder::fixed(), table);
         let dough = physics.insert_soft_body(dough::body(spec, lattice, lift));
         Self { physics, dough, hand: Vec::new(), friction }
     }
@@ -45,6 +40,36 @@ impl Engine {
     pub(super) fn step(&mut self, poses: impl Iterator<Item = Pose>) {
         hand::carry(&mut self.physics, &self.hand, poses);
         self.physics.step();
+        self.lift();
+    }
+
+    /// Contacts give way a little, and dough pinched between a tool and the table could be pushed through it: a particle
+    /// below the table is put back onto it.
+    fn lift(&mut self) {
+        let body = &mut self.physics.soft_bodies[self.dough];
+        for i in 0..body.num_particles() {
+            let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
+            if position.z < 0.0 {
+                body.set_particle_position(i, position.with_z(0.0));
+                body.set_particle_velocity(i, velocity.with_z(velocity.z.max(0.0)));
+            }
+        }
+    }
+
+    /// Drops what the engine's serialisation leaves out of soft bodies and contacts, such as how far the fit of a rest shape
+    /// has come.
+    ///
+    /// Done at the end of every control step it makes a world equal to the one that its snapshot restores.
+    pub(super) fn forget(&mut self) {
+        self.physics.soft_bodies = again(&self.physics.soft_bodies);
+        self.physics.narrow_phase = again(&self.physics.narrow_phase);
+        self.refresh();
+    }
+
+    /// Has the next step read the dough's particles anew, as after [`Engine::lift`]; a mark that no serialisation keeps.
+    pub(super) fn refresh(&mut self) {
+        let body = &mut self.physics.soft_bodies[self.dough];
+        body.set_particle_position(0, body.particle_position(0));
     }
 
     pub(super) fn positions(&self) -> impl Iterator<Item = DVec3> + '_ {
@@ -57,13 +82,19 @@ impl Engine {
     }
 
     pub(super) fn volume(&self) -> f64 {
-        let tetrahedra: Vec<_> = self.body().cells().iter().map(|c| c.vertices).collect();
-        dough::total_volume(&tetrahedra, &self.positions().collect::<Vec<_>>())
+        let corner = |i: u32| outward(self.body().particle_position(i as usize));
+        let under = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
+        self.body().boundary().iter().map(under).sum()
     }
 
     fn body(&self) -> &SoftBody {
         &self.physics.soft_bodies[self.dough]
     }
+}
+
+fn again<T: Serialize + DeserializeOwned>(state: &T) -> T {
+    let bytes = postcard::to_stdvec(state).expect("plain data always has an encoding");
+    postcard::from_bytes(&bytes).expect("it was encoded just before")
 }
 
 /// The engine's clone of everything but its scratch memory, which it may begin afresh at any step.
@@ -89,12 +120,14 @@ impl Clone for Engine {
     }
 }
 
-/// The detection of crossings serves soft bodies that meet themselves or each other; dough is one body without self contacts.
+/// The detection of crossings serves soft bodies that meet themselves or each other, which this one never does; and sweeps
+/// spent on it would be better spent on the dough's volume, as are those of the engine's stabilisation pass.
 fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     let mut parameters = IntegrationParameters {
         dt: (spec.interval / spec.solver.steps as f64) as Real,
         num_solver_iterations: spec.solver.substeps,
         num_internal_pgs_iterations: 1,
+        num_internal_stabilization_iterations: 0,
         ..IntegrationParameters::default()
     };
     let soft = &mut parameters.soft_bodies;
@@ -102,5 +135,6 @@ fn parameters(spec: &SceneSpec) -> IntegrationParameters {
     soft.recovery.inverted_cell_detection = false;
     soft.recovery.self_crossing_detection = false;
     soft.recovery.cross_body_detection = false;
+    soft.recovery.overlap_constraints = false;
     parameters
 }

@@ -77,7 +77,7 @@ impl Lattice {
 }
 
 /// Signed volume of a tetrahedron.
-pub(super) fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
+fn volume([a, b, c, d]: [DVec3; 4]) -> f64 {
     (b - a).cross(c - a).dot(d - a) / 6.0
 }
 
@@ -135,5 +135,49 @@ fn fill_pinches(cells: &mut BTreeSet<Cell>) {
             return;
         }
         cells.extend(missing);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn a_box_is_filled_to_its_volume_by_positive_tetrahedra() {
+        let bounds = (DVec3::new(-0.03, 0.01, 0.0), DVec3::new(0.034, 0.05, 0.025));
+        let lattice = Lattice::fill(&|_| true, bounds, 0.01).unwrap();
+        let size = bounds.1 - bounds.0;
+        assert!((lattice.volumes().iter().sum::<f64>() - size.element_product()).abs() < 1e-15);
+        assert!(lattice.tetrahedra.iter().all(|t| volume(t.map(|i| lattice.corners[i as usize])) > 0.0));
+        assert_eq!(lattice.corners.len(), 7 * 5 * 4, "2.5 cells round to 3");
+    }
+
+    #[test]
+    fn ragged_regions_have_one_piece_and_a_closed_surface() {
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        for _ in 0..30 {
+            let holes: Vec<bool> = (0..512).map(|_| rng.random::<f64>() < 0.6).collect();
+            let contains = |p: DVec3| {
+                let cell = p.floor().as_u64vec3();
+                holes[(cell.x * 64 + cell.y * 8 + cell.z) as usize]
+            };
+            let lattice = Lattice::fill(&contains, (DVec3::ZERO, DVec3::splat(8.0)), 1.0).unwrap();
+            let mut sides = BTreeMap::new();
+            for face in crate::world::dough::faces(&lattice) {
+                for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                    *sides.entry((face[a], face[b])).or_insert(0) += 1;
+                }
+            }
+            assert!(sides.iter().all(|((a, b), n)| *n == 1 && sides.get(&(*b, *a)) == Some(&1)));
+        }
+    }
+
+    #[test]
+    fn of_two_pieces_the_larger_stays() {
+        let contains = |p: DVec3| !(2.0..3.0).contains(&p.x);
+        let lattice = Lattice::fill(&contains, (DVec3::ZERO, DVec3::new(7.0, 2.0, 2.0)), 1.0).unwrap();
+        assert!(lattice.corners.iter().all(|c| c.x >= 3.0));
     }
 }

@@ -59,7 +59,8 @@ impl World {
         ensure!(Sha256::digest(body).as_slice() == digest, "the snapshot of the world is damaged: take it again");
         let loaded: Loaded = postcard::from_bytes(body)
             .context("the snapshot of the world was written by another version: take it again")?;
-        let Loaded { engine, chosen, before, poses, interval, steps } = loaded;
+        let Loaded { mut engine, chosen, before, poses, interval, steps } = loaded;
+        engine.refresh();
         Ok(Self { engine, chosen, before, poses, interval, steps: steps as usize })
     }
 }

@@ -1,0 +1,126 @@
+//! A block of dough, the three tools, and how they move.
+use glam::{DQuat, DVec3};
+use pliant::state::{Control, Part, Pose, Solid, ToolShape};
+use pliant::tool::Motion;
+use pliant::world::{BlockSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
+
+pub(crate) fn spec() -> SceneSpec {
+    SceneSpec {
+        material: MaterialSpec {
+            density: 1200.0,
+            young_modulus: 2e4,
+            poisson_ratio: 0.499,
+            damping_ratio: 1.0,
+            yield_strain: 0.02,
+            creep_rate: 60.0,
+            largest_set: 0.8,
+            friction: 0.5,
+        },
+        start: StartSpec::Block(BlockSpec { x: [0.06; 2], y: [0.06; 2], z: [0.03; 2], turn: [0.0; 2] }),
+        spacing: 0.01,
+        particles: 120,
+        interval: 0.1,
+        solver: SolverSpec { steps: 2, substeps: 8, sweeps: 4 },
+    }
+}
+
+pub(crate) fn tool(parts: &[Solid]) -> Arc<ToolShape> {
+    let part = |solid: &Solid| Part { solid: solid.clone(), surface: Vec::new() };
+    Arc::new(ToolShape { parts: parts.iter().map(part).collect() })
+}
+
+pub(crate) fn press() -> Arc<ToolShape> {
+    tool(&[Solid::Cuboid { half: DVec3::new(0.02, 0.02, 0.01) }])
+}
+
+pub(crate) fn plate() -> Arc<ToolShape> {
+    tool(&[Solid::Cuboid { half: DVec3::new(0.1, 0.1, 0.01) }])
+}
+
+pub(crate) fn fingers() -> Arc<ToolShape> {
+    let finger = Solid::Cuboid { half: DVec3::new(0.0059, 0.01, 0.0253) };
+    tool(&[finger.clone(), finger])
+}
+
+pub(crate) fn roller() -> Arc<ToolShape> {
+    tool(&[Solid::Cylinder { radius: 0.02, half_length: 0.035 }])
+}
+
+pub(crate) fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose { translation: DVec3::new(x, y, z), rotation: DQuat::IDENTITY }
+}
+
+/// Through way points at (step, pose of each part), straight in between.
+pub(crate) fn path(points: &[(usize, Vec<Pose>)]) -> Motion {
+    let leg = |pair: &[(usize, Vec<Pose>)]| -> Vec<Control> {
+        let ((from, a), (to, b)) = (&pair[0], &pair[1]);
+        let way = |i| (i - from) as f64 / (to - from) as f64;
+        (from + 1..=*to)
+            .map(|i| Control { poses: a.iter().zip(b).map(|(a, b)| a.toward(b, way(i))).collect() })
+            .collect()
+    };
+    Motion { start: points[0].1.clone(), controls: points.windows(2).flat_map(leg).collect() }
+}
+
+/// Down until the tool's lower face, `below` its origin, is at height z; then up again.
+pub(crate) fn down_to(z: f64, below: f64) -> Motion {
+    let up = vec![at(0.0, 0.0, 0.045 + below)];
+    path(&[(0, up.clone()), (10, vec![at(0.0, 0.0, z + below)]), (15, up)])
+}
+
+pub(crate) fn grip(width: f64) -> Motion {
+    let open = |gap: f64| vec![at(-gap / 2.0 - 0.0059, 0.0, 0.0303), at(gap / 2.0 + 0.0059, 0.0, 0.0303)];
+    path(&[(0, open(0.09)), (10, open(width)), (15, open(0.09))])
+}
+
+pub(crate) fn roll(z: f64) -> Motion {
+    let p =
+        |x: f64, z: f64| Pose { translation: DVec3::new(x, 0.0, z + 0.02), rotation: DQuat::from_rotation_y(x / 0.02) };
+    path(&[(0, vec![p(-0.03, 0.045)]), (4, vec![p(-0.03, z)]), (12, vec![p(0.03, z)]), (15, vec![p(0.03, 0.045)])])
+}
+
+pub(crate) fn extent(points: &[DVec3]) -> DVec3 {
+    let low = points.iter().fold(DVec3::INFINITY, |l, p| l.min(*p));
+    points.iter().fold(DVec3::NEG_INFINITY, |h, p| h.max(*p)) - low
+}
+
+pub(crate) fn top(points: &[DVec3]) -> f64 {
+    points.iter().map(|p| p.z).fold(0.0, f64::max)
+}
+
+pub(crate) fn middle(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len() as f64
+}
+
+/// A random use of one of the three tools, within the bounds of RoboCook's.
+pub(crate) fn random_action(world: &World, rng: &mut ChaCha8Rng) -> (Arc<ToolShape>, Motion) {
+    let all = world.all_positions();
+    let (centre, height) = (middle(&all).with_z(0.0), top(&all));
+    let rotation = DQuat::from_rotation_z(rng.random_range(-1.57..1.57));
+    let aim = |offset: DVec3, local: DQuat| Pose { translation: centre + offset, rotation: rotation * local };
+    let mut between = |low: f64, high: f64| rng.random_range(low..high);
+    let clear = height + 0.015;
+    match between(0.0, 3.0) as usize {
+        0 => {
+            let (x, y, z) = (between(-0.02, 0.02), between(-0.02, 0.02), between(0.2, 0.9) * height);
+            let pose = |z: f64| vec![aim(DVec3::new(x, y, z + 0.01), DQuat::IDENTITY)];
+            (press(), path(&[(0, pose(clear)), (10, pose(z)), (15, pose(clear))]))
+        }
+        1 => {
+            let width = between(0.005, 0.03);
+            let finger = |x: f64| aim(rotation * DVec3::X * x + DVec3::Z * 0.0303, DQuat::IDENTITY);
+            let pose = |gap: f64| vec![finger(-gap / 2.0 - 0.0059), finger(gap / 2.0 + 0.0059)];
+            (fingers(), path(&[(0, pose(0.11)), (10, pose(width)), (15, pose(0.11))]))
+        }
+        _ => {
+            let z = between(0.4, 0.9) * height;
+            let roll = |x: f64| DQuat::from_rotation_y(x / 0.02);
+            let pose = |x: f64, z: f64| vec![aim(rotation * DVec3::X * x + DVec3::Z * (z + 0.02), roll(x))];
+            let points = [(0, pose(-0.06, clear)), (4, pose(-0.06, z)), (12, pose(0.06, z)), (15, pose(0.06, clear))];
+            (roller(), path(&points))
+        }
+    }
+}
