@@ -37,8 +37,8 @@ fn block(table: usize, strays: usize) -> Vec<DVec3> {
         }
     }
     // Something else on the table, as dense as the block.
-    points
-        .extend((0..10 * strays).map(|i| DVec3::new(0.06, 0.05, 0.001 * (i % 11) as f64) + DVec3::X * 1e-4 * i as f64));
+    let plate = |i: usize| DVec3::new(0.05 + 1e-3 * (i % 20) as f64, 0.05 + 1e-3 * (i / 20) as f64, 0.01);
+    points.extend((0..33 * strays).map(plate));
     points.extend((0..strays).map(|i| DVec3::new(0.06, 0.005 * i as f64 - 0.05, 0.03 + 0.001 * i as f64)));
     let noise = |p: DVec3, rng: &mut ChaCha8Rng| p + 3e-4 * DVec3::splat(rng.random_range(-1.0..1.0));
     points.iter().map(|p| noise(*p, &mut rng) + DVec3::Z * (0.1 + 0.01 * p.x - 0.02 * p.y)).collect()
