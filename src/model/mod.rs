@@ -4,9 +4,9 @@
 mod dynamics;
 pub mod law;
 pub mod net;
+mod oracle;
 pub mod particles;
 pub mod still;
-mod oracle;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
