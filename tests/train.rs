@@ -16,6 +16,7 @@ fn spec() -> TrainSpec {
         rate: 0.05,
         warm_up: 5,
         last_rate: 0.01,
+        turn: 0.0,
         noise: 0.0,
         clip: 1.0,
         moving: 0.5,
@@ -50,14 +51,14 @@ fn journal(folder: &Path) -> Vec<serde_json::Value> {
 fn weight_gradient_of_the_matched_error_agrees_with_central_differences() {
     let episodes = toy::episodes(&Toy::new(TRUTH), 1, 6, 3);
     let window = Window::of(&episodes[0], 1, 4, &toy::tools()["pusher"]);
-    let cost = Matched { targets: window.targets, scale: 0.002 };
+    let cost = Matched { targets: &window.targets, scale: 0.002 };
     let at = [0.4, 0.6, 0.1];
-    let gradient = Toy::new(at).weight_gradient(&window.scene, window.controls, &cost).unwrap().weights;
+    let gradient = Toy::new(at).weight_gradient(&window.scene, &window.controls, &cost).unwrap().weights;
     for i in 0..3 {
         let nudged = |h: f32| {
             let mut weights = at;
             weights[i] += h;
-            (f64::from(weights[i]), cost.total(&Toy::new(weights).rollout(&window.scene, window.controls)))
+            (f64::from(weights[i]), cost.total(&Toy::new(weights).rollout(&window.scene, &window.controls)))
         };
         let ((a, low), (b, high)) = (nudged(-1e-3), nudged(1e-3));
         let difference = (high - low) / (b - a);
@@ -83,7 +84,7 @@ fn training_finds_the_weights_that_made_the_data() {
 
 #[test]
 fn a_run_stopped_anywhere_ends_with_the_bits_of_one_that_was_not() {
-    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, ..spec() });
+    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, turn: 3.0, ..spec() });
     let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let mut reference = Toy::new([0.0, 0.1, 0.0]);
     run(&spec, &mut reference, &split, whole.path(), &Watch::silent()).unwrap();
@@ -114,7 +115,7 @@ fn a_run_stopped_anywhere_ends_with_the_bits_of_one_that_was_not() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, ..spec() });
+    let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, turn: 3.0, ..spec() });
     let trained = |threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let mut model = Toy::new([0.0, 0.1, 0.0]);

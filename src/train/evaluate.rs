@@ -72,9 +72,9 @@ pub(super) fn errors(model: &dyn WorldModel, windows: &[Window<'_>]) -> anyhow::
     let each: Vec<(Vec<[f64; 2]>, usize)> = windows
         .par_iter()
         .map(|window| {
-            let rollout = model.rollout(&window.scene, window.controls);
+            let rollout = model.rollout(&window.scene, &window.controls);
             let start = &window.scene.particles;
-            let rows = rollout[1..].iter().zip(window.targets);
+            let rows = rollout[1..].iter().zip(&*window.targets);
             let sums = rows.map(|(x, y)| [squares(x, y), squares(start, y)]).collect();
             (sums, start.len())
         })

@@ -190,9 +190,9 @@ fn mean_cost(model: &dyn WorldModel, windows: &[Window<'_>], scale: f64) -> f64 
     let costs: Vec<f64> = windows
         .par_iter()
         .map(|w| {
-            let rollout = model.rollout(&w.scene, w.controls);
+            let rollout = model.rollout(&w.scene, &w.controls);
             let finite = rollout.iter().all(|x| x.is_finite());
-            if finite { Matched { targets: w.targets, scale }.total(&rollout) } else { f64::INFINITY }
+            if finite { Matched { targets: &w.targets, scale }.total(&rollout) } else { f64::INFINITY }
         })
         .collect();
     costs.iter().sum::<f64>() / costs.len() as f64
@@ -200,7 +200,7 @@ fn mean_cost(model: &dyn WorldModel, windows: &[Window<'_>], scale: f64) -> f64 
 
 fn still(windows: &[Window<'_>], scale: f64) -> f64 {
     let stay = |w: &Window<'_>| {
-        let cost = Matched { targets: w.targets, scale };
+        let cost = Matched { targets: &w.targets, scale };
         cost.total(&vec![w.scene.particles.clone(); w.targets.len() + 1])
     };
     scale * (windows.iter().map(stay).sum::<f64>() / windows.len() as f64).sqrt()

@@ -12,7 +12,7 @@ use super::window::{Window, Windows};
 use crate::model::WorldModel;
 use crate::watch::Watch;
 use anyhow::Context;
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -136,6 +136,7 @@ impl Trainer {
         let batch: Vec<(usize, Window<'_>)> = (0..spec.batch)
             .map(|_| {
                 let (episode, mut window) = windows.draw(spec.moving, &mut rng);
+                window.turn(rng.random_range(-1.0..=1.0) * spec.turn);
                 window.disturb(spec.noise, &mut rng);
                 (episode, window)
             })
@@ -143,7 +144,7 @@ impl Trainer {
         let fixed = &*model;
         let gradients: Option<Vec<_>> = batch
             .par_iter()
-            .map(|(_, w)| fixed.weight_gradient(&w.scene, w.controls, &Matched { targets: w.targets, scale }))
+            .map(|(_, w)| fixed.weight_gradient(&w.scene, &w.controls, &Matched { targets: &w.targets, scale }))
             .collect();
         let gradients = gradients.context("the model has no derivatives, so it cannot be trained")?;
         let share = 1.0 / batch.len() as f64;

@@ -1,12 +1,13 @@
 //! Windows: K consecutive control steps of an episode, the examples that every model is fitted to.
 use super::split::Tools;
 use crate::data::Episode;
-use crate::state::{Control, Particles, Scene, ToolShape};
+use crate::state::{Control, Particles, Pose, Scene, ToolShape};
 use anyhow::Context;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// What a model is told at the start of a window, and what the world did next.
@@ -15,9 +16,9 @@ pub struct Window<'a> {
     /// The start: particles and tool poses at step t.
     pub scene: Scene,
     /// K controls.
-    pub controls: &'a [Control],
+    pub controls: Cow<'a, [Control]>,
     /// The K states that followed in the world.
-    pub targets: &'a [Particles],
+    pub targets: Cow<'a, [Particles]>,
 }
 
 impl<'a> Window<'a> {
@@ -32,9 +33,26 @@ impl<'a> Window<'a> {
                 interval: episode.interval,
                 snapshot: None,
             },
-            controls: &episode.controls[start..start + length],
-            targets: &episode.states[start + 1..=start + length],
+            controls: Cow::Borrowed(&episode.controls[start..start + length]),
+            targets: Cow::Borrowed(&episode.states[start + 1..=start + length]),
         }
+    }
+
+    /// Turns everything by `angle` \[rad\] about the vertical through the origin, which no law of the world notices.
+    pub fn turn(&mut self, angle: f64) {
+        let turn = DQuat::from_rotation_z(angle);
+        let particles = |x: &mut Particles| {
+            x.positions.iter_mut().chain(&mut x.velocities).for_each(|v| *v = turn * *v);
+        };
+        let poses = |poses: &mut [Pose]| {
+            for pose in poses {
+                *pose = Pose { translation: turn * pose.translation, rotation: turn * pose.rotation };
+            }
+        };
+        particles(&mut self.scene.particles);
+        poses(&mut self.scene.poses);
+        self.controls.to_mut().iter_mut().for_each(|c| poses(&mut c.poses));
+        self.targets.to_mut().iter_mut().for_each(particles);
     }
 
     /// Adds random-walk noise to the start, the targets staying true.
@@ -162,7 +180,6 @@ fn check(episode: &Episode, length: usize) -> anyhow::Result<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::state::Pose;
     use rand::SeedableRng;
 
     /// Three particles over six steps; the last moves at steps 3 and 4 only.
@@ -193,7 +210,7 @@ mod tests {
         for (t, window) in windows.iter().enumerate() {
             assert_eq!(window.scene.poses[0].translation.z, t as f64);
             assert_eq!(window.controls[1].poses[0].translation.z, t as f64 + 2.0);
-            assert_eq!(window.targets, &list[0].states[t + 1..t + 3]);
+            assert_eq!(*window.targets, list[0].states[t + 1..t + 3]);
         }
     }
 
@@ -211,6 +228,25 @@ mod tests {
         assert_eq!(at_rest(1.0), 0);
         let rare = at_rest(0.5);
         assert!((300..500).contains(&rare), "2 of 5 windows rest, half of the draws are preferred: {rare} of 2000");
+    }
+
+    #[test]
+    fn a_turned_window_is_the_same_seen_from_another_side() {
+        let (episode, tools) = (episode(), tools());
+        let straight = Window::of(&episode, 2, 2, &tools["press"]);
+        let mut turned = straight.clone();
+        turned.turn(0.7);
+        assert_ne!(turned.targets, straight.targets);
+        let place = |w: &Window<'_>, x: DVec3| w.controls[1].poses[0].inverse_apply(x);
+        for i in 0..3 {
+            let (a, b) = (turned.targets[1].positions[i], straight.targets[1].positions[i]);
+            assert!(place(&turned, a).distance(place(&straight, b)) < 1e-15, "the tool sees the same");
+            assert_eq!(a.z, b.z);
+        }
+        turned.turn(-0.7);
+        for (a, b) in turned.scene.particles.positions.iter().zip(&straight.scene.particles.positions) {
+            assert!(a.distance(*b) < 1e-15);
+        }
     }
 
     #[test]
