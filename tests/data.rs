@@ -70,7 +70,7 @@ fn a_killed_run_goes_on_and_ends_with_the_same_bytes_on_any_number_of_threads() 
     for name in ["episode_00001.npz", "episode_00004.npz", "metadata.json"] {
         std::fs::remove_file(at(name)).unwrap();
     }
-    std::fs::write(at("episode_00001.part"), &expected["episode_00001.npz"][..100]).unwrap();
+    std::fs::write(at("episode_00001.tmp"), &expected["episode_00001.npz"][..100]).unwrap();
     std::fs::write(at("episode_00005.npz"), &expected["episode_00005.npz"][..100]).unwrap();
     assert!(sentence(Dataset::load(killed.path())).contains("not finished"));
     let resumed = on(2, killed.path());

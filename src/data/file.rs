@@ -2,7 +2,7 @@
 use super::Episode;
 use super::arrays::{Arrays, Draft};
 use super::episode::states;
-use super::whole::write_whole;
+use crate::config::write_whole;
 use crate::state::{Control, Particles, Pose};
 use anyhow::{Context, ensure};
 use glam::{DQuat, DVec3, Vec3};

@@ -1,8 +1,8 @@
 //! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
 use super::dataset::{DatasetSpec, episode_path};
 use super::split::held_out;
-use super::whole::write_whole;
 use super::{Episode, Statistics};
+use crate::config::write_whole;
 use anyhow::Context;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

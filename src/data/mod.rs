@@ -7,7 +7,6 @@ mod metadata;
 mod simulate;
 mod split;
 mod statistics;
-mod whole;
 
 pub use dataset::{Dataset, DatasetSpec};
 pub use episode::Episode;

@@ -1,7 +1,7 @@
 //! Makes a dataset: random actions of each tool from random starts.
 use super::dataset::{DatasetSpec, SPEC, episode_path, read_episodes, tools};
-use super::whole::{PART, write_whole};
 use super::{Dataset, Episode, Metadata};
+use crate::config::write_whole;
 use crate::state::{Particles, stream};
 use crate::tool::{Motion, Tool, Workpiece};
 use crate::watch::Watch;
@@ -114,7 +114,7 @@ fn claim(spec: &DatasetSpec, folder: &Path) -> anyhow::Result<()> {
 fn sweep(folder: &Path) -> anyhow::Result<()> {
     for entry in std::fs::read_dir(folder).with_context(|| format!("cannot list {}", folder.display()))? {
         let path = entry?.path();
-        if path.extension().is_some_and(|x| x == PART) {
+        if path.extension().is_some_and(|x| x == "tmp") {
             std::fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }

@@ -89,18 +89,14 @@ impl Cloud {
         ensure!(!object.is_empty(), "no point of the cloud is more than {clearance} m above its table");
         Ok(object)
     }
-
-    /// The volume that the object fills, for whoever rebuilds it.
-    ///
-    /// # Errors
-    /// As [`Cloud::surface`].
-    pub fn region(&self, observation: &Observation) -> anyhow::Result<Filled> {
-        Filled::under(&self.surface(observation)?, &self.spec.fill).context("the cloud cannot be filled")
-    }
 }
 
 impl Perception for Cloud {
     fn perceive(&self, observation: &Observation, count: usize, rng: &mut ChaCha8Rng) -> anyhow::Result<Particles> {
         Ok(Particles::at_rest(self.region(observation)?.points(count, rng)))
+    }
+
+    fn region(&self, observation: &Observation) -> anyhow::Result<Filled> {
+        Filled::under(&self.surface(observation)?, &self.spec.fill).context("the cloud cannot be filled")
     }
 }

@@ -1,4 +1,5 @@
 //! Perception: what was observed becomes particles.
+use crate::shape::Filled;
 use crate::state::Particles;
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
@@ -28,6 +29,12 @@ pub trait Perception: Send + Sync {
     /// # Errors
     /// When this perception cannot use that kind of observation, or finds no object in it.
     fn perceive(&self, observation: &Observation, count: usize, rng: &mut ChaCha8Rng) -> anyhow::Result<Particles>;
+
+    /// The volume that the observed object fills, for whoever rebuilds it.
+    ///
+    /// # Errors
+    /// As [`Perception::perceive`]; also when this perception knows particles but no volume.
+    fn region(&self, observation: &Observation) -> anyhow::Result<Filled>;
 }
 
 family! {

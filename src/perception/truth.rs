@@ -1,5 +1,6 @@
 //! Ground truth, passed through.
 use super::{Observation, Perception};
+use crate::shape::Filled;
 use crate::state::Particles;
 use anyhow::{bail, ensure};
 use rand_chacha::ChaCha8Rng;
@@ -32,5 +33,9 @@ impl Perception for Truth {
             particles.len()
         );
         Ok(particles.clone())
+    }
+
+    fn region(&self, _: &Observation) -> anyhow::Result<Filled> {
+        bail!("true particles have no volume to rebuild; choose perception \"cloud\"")
     }
 }

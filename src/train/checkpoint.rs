@@ -1,5 +1,6 @@
 //! Where a fit stands: everything that the next step depends on, in one file that is written whole.
 use super::adam::Adam;
+use crate::config::write_whole;
 use anyhow::Context;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -65,12 +66,4 @@ pub(super) fn load<T: DeserializeOwned>(path: &Path, identity: &str) -> anyhow::
 pub(super) fn save<T: Serialize>(path: &Path, identity: &str, state: &T) -> anyhow::Result<()> {
     let bytes = postcard::to_stdvec(&(identity, state));
     write_whole(path, &bytes.with_context(|| format!("cannot prepare {}", path.display()))?)
-}
-
-/// Writes a file beside its place and renames it, so that a reader finds all of the old one or all of the new one.
-pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let draft = path.with_extension("part");
-    std::fs::write(&draft, bytes)
-        .and_then(|()| std::fs::rename(&draft, path))
-        .with_context(|| format!("cannot write {}", path.display()))
 }

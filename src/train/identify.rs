@@ -1,5 +1,4 @@
 //! Identification: the constants of written laws that fit the data best.
-use super::checkpoint::write_whole;
 use super::constants::{replace, value};
 use super::identify_spec::IdentifySpec;
 use super::journal::Journal;
@@ -7,6 +6,7 @@ use super::matched::{Matched, displacement_scale};
 use super::search::Search;
 use super::split::Split;
 use super::window::{Window, Windows};
+use crate::config::write_whole;
 use crate::data::Episode;
 use crate::model::{Cost, WorldModel};
 use crate::watch::Watch;

@@ -1,5 +1,5 @@
 //! `metrics.jsonl`: one line per log point, never doubled however often a run is stopped and resumed.
-use super::checkpoint::write_whole;
+use crate::config::write_whole;
 use anyhow::Context;
 use serde::Serialize;
 use std::fs::{File, OpenOptions};

@@ -1,5 +1,5 @@
 //! What a fit is given: episodes to learn from, episodes to be judged on, and the shapes of the tools in them.
-use crate::data::Episode;
+use crate::data::{Dataset, Episode};
 use crate::state::ToolShape;
 use indexmap::IndexMap;
 use std::sync::Arc;
@@ -16,6 +16,15 @@ pub struct Split {
     pub held_out: Vec<Episode>,
     /// Shape of every tool that occurs in them.
     pub tools: Tools,
+}
+
+impl Split {
+    /// The episodes of `dataset`, `fraction` of each tool's held out as [`Dataset::split`] chooses them.
+    pub fn of(dataset: &Dataset, fraction: f64) -> Self {
+        let (train, held_out) = dataset.split(fraction);
+        let own = |episodes: Vec<&Episode>| episodes.into_iter().cloned().collect();
+        Self { train: own(train), held_out: own(held_out), tools: dataset.tools.clone() }
+    }
 }
 
 /// Sets a fraction of `episodes` aside, the last ones of every tool: `(to fit to, to choose weights by)`.

@@ -1,6 +1,6 @@
 //! One training loop for everything learned, a pure network and the learned law of a hybrid alike.
 use super::adam::clip;
-use super::checkpoint::{Best, Checkpoint, load, save, write_whole};
+use super::checkpoint::{Best, Checkpoint, load, save};
 use super::evaluate::{Evaluation, evaluate};
 use super::journal::Journal;
 use super::matched::{Matched, displacement_scale};
@@ -9,6 +9,7 @@ use super::split::{Split, set_aside};
 use super::train_spec::{Keep, TrainSpec};
 use super::validation::{Validation, validate};
 use super::window::{Window, Windows};
+use crate::config::write_whole;
 use crate::model::WorldModel;
 use crate::watch::Watch;
 use anyhow::Context;

@@ -1,5 +1,6 @@
 //! Weights on disk: safetensors with one named matrix a layer, and the architecture as metadata.
 use super::{Architecture, Network};
+use crate::config::write_whole;
 use anyhow::{Context, bail, ensure};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 use std::collections::HashMap;
@@ -79,14 +80,4 @@ fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32
 
 fn sentence(a: &Architecture) -> String {
     format!("width {}, {} rounds ({:?}), edge kinds [{}]", a.width, a.rounds, a.sharing, a.edges.join(", "))
-}
-
-/// Writes beside the target and renames, so that a reader never sees half a file.
-fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    let name = path.file_name().with_context(|| format!("{} names no file", path.display()))?;
-    let mut part = name.to_owned();
-    part.push(".part");
-    let part = path.with_file_name(part);
-    fs::write(&part, bytes).with_context(|| format!("cannot write {}", part.display()))?;
-    fs::rename(&part, path).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -1,0 +1,74 @@
+//! A claim of the paper: a sweep that tests it, and the table its rows make.
+use anyhow::Context;
+use pliant::compare::CompareSpec;
+use pliant::config;
+use pliant::sweep::{self, SweepSpec};
+use pliant::table::Grid;
+use pliant::watch::Watch;
+use serde_json::Value;
+use std::fmt;
+use std::path::Path;
+
+/// One claim and everything needed to test it.
+pub struct Experiment {
+    /// Name on the command line and of its files.
+    pub name: &'static str,
+    /// What is claimed; the table says whether it holds.
+    pub claim: &'static str,
+    /// Wall time on two cores, after the build.
+    pub duration: &'static str,
+    /// The sweep's config.
+    pub sweep: &'static str,
+    /// Turns rows into the table.
+    pub table: fn(&[Value]) -> anyhow::Result<Grid>,
+}
+
+/// How much of an experiment to run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// What the paper reports.
+    Paper,
+    /// The same path through the code in seconds; its numbers mean nothing.
+    Smoke,
+}
+
+/// What makes any comparison tiny.
+const SMOKE: &str = "set=['dataset.episodes=6', 'seeds=[0]', 'budget.rollouts=4', 'scale=smoke']";
+
+impl Experiment {
+    /// Runs the sweep, resuming one that was cut short, and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
+    pub fn run(&self, size: Size, overrides: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
+        let mut changes: Vec<String> = if size == Size::Smoke { vec![SMOKE.to_owned()] } else { Vec::new() };
+        changes.extend_from_slice(overrides);
+        let spec = config::load::<SweepSpec>(Path::new(self.sweep), &changes)?.spec;
+        let folder = sweep::run::<CompareSpec>(&spec, watch)?;
+        let rows = sweep::collect(&folder)?;
+        let grid = (self.table)(&rows)?;
+        let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
+        config::write_whole(&out.join("data").join(self.name).with_extension("jsonl"), lines.as_bytes())?;
+        config::write_whole(&out.join("tables").join(self.name).with_extension("tex"), grid.to_latex().as_bytes())?;
+        Ok(grid)
+    }
+
+    /// Fails when the committed table is not what the committed rows give.
+    pub fn check(&self, paper: &Path) -> anyhow::Result<()> {
+        let read = |folder: &str, extension: &str| {
+            let path = paper.join(folder).join(self.name).with_extension(extension);
+            std::fs::read_to_string(&path)
+                .with_context(|| format!("cannot read {}; make it by `experiments {}`", path.display(), self.name))
+        };
+        let rows: Vec<Value> = read("data", "jsonl")?.lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
+        let same = read("tables", "tex")? == (self.table)(&rows)?.to_latex();
+        anyhow::ensure!(same, "paper/tables/{0}.tex is not what paper/data/{0}.jsonl gives; run `experiments {0}`", self.name);
+        println!("{}: the table is what its rows give", self.name);
+        Ok(())
+    }
+}
+
+impl fmt::Display for Experiment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.name, self.claim)?;
+        writeln!(f, "    cargo run --release --bin experiments -- {}    ({})", self.name, self.duration)?;
+        write!(f, "    paper/data/{0}.jsonl → paper/tables/{0}.tex", self.name)
+    }
+}

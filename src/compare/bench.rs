@@ -1,0 +1,176 @@
+//! The bench that every contender stands on: one dataset, one set of starts and goals, one budget.
+use super::attempt::{Attempt, Entry, attempt};
+use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
+use crate::chooser::Chooser;
+use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
+use crate::data::simulate;
+use crate::perception::Perception;
+use crate::planner::Planner;
+use crate::problem::Clock;
+use crate::tool::{Tool, ToolSpec};
+use crate::train::{Split, evaluate};
+use crate::watch::Watch;
+use crate::world::World;
+use anyhow::Context;
+use indexmap::IndexMap;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Everything a comparison made.
+#[derive(Debug)]
+pub struct Comparison {
+    /// Where its files are.
+    pub folder: PathBuf,
+    /// How well each model predicts held-out episodes.
+    pub predictions: Vec<Prediction>,
+    /// All attempts, ordered by goal, seed, planner and model.
+    pub attempts: Vec<Attempt>,
+    /// Folder of every stage that fitted a model, by model and stage.
+    pub stages: Vec<(String, String, PathBuf)>,
+}
+
+impl Comparison {
+    /// The result rows.
+    pub fn rows(&self) -> Vec<Row> {
+        self.attempts.iter().map(|a| a.row.clone()).collect()
+    }
+}
+
+/// What all attempts of a comparison share.
+pub(super) struct Bench<'a> {
+    pub(super) spec: &'a CompareSpec,
+    pub(super) tools: IndexMap<String, Box<dyn Tool>>,
+    pub(super) perception: Box<dyn Perception>,
+    pub(super) chooser: Box<dyn Chooser>,
+    pub(super) clock: Clock<'a>,
+    pub(super) commit: &'a str,
+    pub(super) fingerprint: String,
+}
+
+/// Fraction of the dataset's episodes that no fit sees.
+const HELD_OUT: f64 = 0.2;
+
+/// Simulates what is missing, fits every contender that is not fitted yet, and says how well each predicts.
+///
+/// # Errors
+/// An impossible spec, a damaged artifact, a failing fit, or a stop that was asked for; what was made stays and is reused.
+pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>, Vec<Prediction>)> {
+    let artifacts = Artifacts::below(&spec.artifacts);
+    let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
+    let dataset = simulate(&spec.dataset, &folder, watch)?;
+    let data = Split::of(&dataset, HELD_OUT);
+    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &mark, &artifacts, watch));
+    let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
+    let predictions = contenders.iter().filter_map(|contender| {
+        // The simulator cannot start from a recorded frame, so it predicts nothing here.
+        let held_out = evaluate(contender.model.as_ref(), &data.held_out, &data.tools).ok()?;
+        Some(Prediction { model: contender.name.clone(), held_out })
+    });
+    let predictions = predictions.collect();
+    Ok((contenders, predictions))
+}
+
+/// Fits every contender, then plans and executes every attempt that an earlier run has not.
+///
+/// Writes one file an attempt, `predictions.jsonl`, and when all is done `rows.jsonl`, whose presence says so.
+///
+/// # Errors
+/// As [`fit`]; also a goal or start that cannot be made.
+pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
+    let spec = &loaded.spec;
+    let (contenders, predictions) = fit(spec, watch)?;
+    let mark = identity(spec);
+    let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));
+    write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
+    let lines = predictions.iter().map(|p| serde_json::to_string(p).expect("plain data") + "\n");
+    write_whole(&folder.join("predictions.jsonl"), lines.collect::<String>().as_bytes())?;
+
+    let began = Instant::now();
+    let clock = move || began.elapsed().as_secs_f64();
+    let bench = Bench::new(spec, &clock, commit, mark.to_string())?;
+    let attempts = bench.run(&contenders, &folder.join("attempts"), watch)?;
+    let rows: Vec<Row> = attempts.iter().map(|a| a.row.clone()).collect();
+    write_whole(&folder.join("rows.jsonl"), to_jsonl(&rows).as_bytes())?;
+    let stages = contenders.into_iter().flat_map(|c| {
+        let name = c.name;
+        c.stages.into_iter().map(move |(stage, folder)| (name.clone(), stage, folder))
+    });
+    Ok(Comparison { folder, predictions, attempts, stages: stages.collect() })
+}
+
+/// Fingerprint of everything that results depend on, which where they are written is not.
+fn identity(spec: &CompareSpec) -> Fingerprint {
+    fingerprint(&CompareSpec { artifacts: PathBuf::new(), out: None, ..spec.clone() })
+}
+
+impl<'a> Bench<'a> {
+    fn new(spec: &'a CompareSpec, clock: Clock<'a>, commit: &'a str, fingerprint: String) -> anyhow::Result<Self> {
+        let build = |(name, tool): (&String, &ToolSpec)| {
+            Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
+        };
+        Ok(Self {
+            spec,
+            tools: spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?,
+            perception: spec.perception.clone().build()?,
+            chooser: spec.chooser.clone().build()?,
+            clock,
+            commit,
+            fingerprint,
+        })
+    }
+
+    fn run(&self, contenders: &[Contender], folder: &Path, watch: &Watch) -> anyhow::Result<Vec<Attempt>> {
+        let spec = self.spec;
+        let planners: Vec<(&String, Box<dyn Planner>)> =
+            spec.planner.iter().map(|(name, p)| Ok((name, p.clone().build()?))).collect::<anyhow::Result<_>>()?;
+        let total = spec.goal.len() * spec.seeds.len() * planners.len() * contenders.len();
+        let bar = watch.stage("plan and execute", total as u64);
+        let mut attempts = Vec::with_capacity(total);
+        for (goal_name, goal) in &spec.goal {
+            let maker = goal.clone().build().with_context(|| format!("the goal {goal_name} cannot be built"))?;
+            for &seed in &spec.seeds {
+                let start = self.start(seed)?;
+                let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
+                let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
+                for (planner_name, planner) in &planners {
+                    for contender in contenders {
+                        anyhow::ensure!(!watch.stopped(), "stopped; the same command goes on where it stopped");
+                        bar.set_message(format!("{goal_name} {planner_name} {}", contender.name));
+                        let entry = Entry {
+                            contender,
+                            planner: (planner_name, planner.as_ref()),
+                            goal: (goal_name, &goal),
+                            seed,
+                            start: &start,
+                        };
+                        attempts.push(self.recall(&entry, folder)?);
+                        bar.inc(1);
+                    }
+                }
+            }
+        }
+        bar.finish_and_clear();
+        Ok(attempts)
+    }
+
+    /// The attempt as an earlier run left it, or made now.
+    fn recall(&self, entry: &Entry<'_>, folder: &Path) -> anyhow::Result<Attempt> {
+        let name = format!("{}-{}-{}-{}.json", entry.goal.0, entry.seed, entry.planner.0, entry.contender.name);
+        let path = folder.join(name);
+        if path.exists() {
+            let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            let read = serde_json::from_str(&text);
+            return read.with_context(|| format!("{} is damaged; delete it to attempt again", path.display()));
+        }
+        let attempt = attempt(self, entry).with_context(|| {
+            format!("planning with {} and {} to {}", entry.contender.name, entry.planner.0, entry.goal.0)
+        })?;
+        write_whole(&path, serde_json::to_string(&attempt).expect("plain data").as_bytes())?;
+        Ok(attempt)
+    }
+
+    fn start(&self, seed: u64) -> anyhow::Result<World> {
+        let Some(start) = &self.spec.start else { return World::new(&self.spec.dataset.scene, seed) };
+        start.rebuild(&self.spec.data.root, &self.spec.dataset.scene)
+    }
+}

@@ -1,0 +1,81 @@
+//! A model of the comparison: its dynamics, and the stages that fit it to data, each an artifact of its own.
+use super::Artifacts;
+use crate::config::{Fingerprint, write_whole};
+use crate::model::{ModelSpec, WorldModel};
+use crate::train::{FitSpec, Split};
+use crate::watch::Watch;
+use anyhow::Context;
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Config of one contender: `configs/model/*.toml`, whose file stem is its name in tables.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContenderSpec {
+    /// Stages of `configs/train/*.toml` that fit the model, in order; none when there is nothing to fit.
+    #[serde(default)]
+    pub train: IndexMap<String, FitSpec>,
+    /// The model, before it is fitted.
+    pub dynamics: ModelSpec,
+}
+
+/// A contender ready to plan.
+pub struct Contender {
+    /// Its name in tables.
+    pub name: String,
+    /// The fitted model.
+    pub model: Box<dyn WorldModel>,
+    /// Folder of each stage that fitted it, by stage name.
+    pub stages: IndexMap<String, PathBuf>,
+}
+
+impl ContenderSpec {
+    /// Fits the model stage by stage, reusing what an earlier run with the same data, dynamics and stages has made.
+    ///
+    /// # Errors
+    /// An impossible spec, a fit that fails, or a stop that was asked for.
+    pub fn fit(
+        &self,
+        name: &str,
+        data: &Split,
+        dataset: &Fingerprint,
+        artifacts: &Artifacts,
+        watch: &Watch,
+    ) -> anyhow::Result<Contender> {
+        let mut dynamics = self.dynamics.clone();
+        let mut stages = IndexMap::new();
+        for (k, (stage, fit)) in self.train.iter().enumerate() {
+            let history: Vec<&FitSpec> = self.train.values().take(k + 1).collect();
+            let (folder, _) = artifacts.folder("fit", &(dataset.to_string(), &self.dynamics, history));
+            dynamics = match read_fitted(&folder)? {
+                Some(fitted) => fitted,
+                None => {
+                    let fitted = fit.clone().build()?.fit(&dynamics, data, &folder, watch);
+                    let fitted = fitted.with_context(|| format!("fitting {name}, stage {stage}"))?;
+                    let text = serde_json::to_string_pretty(&fitted).expect("specs are plain data");
+                    write_whole(&folder.join(FITTED), text.as_bytes())?;
+                    fitted
+                }
+            };
+            stages.insert(stage.clone(), folder);
+        }
+        let model = dynamics.build().with_context(|| format!("building the model {name}"))?;
+        Ok(Contender { name: name.to_owned(), model, stages })
+    }
+}
+
+const FITTED: &str = "fitted.json";
+
+fn read_fitted(folder: &Path) -> anyhow::Result<Option<ModelSpec>> {
+    let path = folder.join(FITTED);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let spec = serde_json::from_str(&text);
+    let fitted =
+        spec.with_context(|| format!("{} is not a fitted model; delete its folder to fit again", path.display()))?;
+    Ok(Some(fitted))
+}

@@ -1,0 +1,20 @@
+//! The same planner, budget and random numbers for every model; only the model differs.
+mod artifact;
+mod attempt;
+mod bench;
+mod contender;
+mod goal;
+mod prediction;
+mod row;
+mod spec;
+
+pub use artifact::{Artifacts, dataset_folder};
+pub use attempt::Attempt;
+pub use bench::{Comparison, compare, fit};
+pub use contender::{Contender, ContenderSpec};
+pub use goal::{Goal, GoalMaker, GoalSpec, Source};
+pub use prediction::Prediction;
+pub use row::{Row, read_rows, to_jsonl};
+pub use spec::{CompareSpec, ControlSpec, DataSpec, StartSpec};
+
+use bench::Bench;

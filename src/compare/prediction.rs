@@ -1,0 +1,12 @@
+//! How well each model predicts held-out episodes.
+use crate::train::Evaluation;
+use serde::{Deserialize, Serialize};
+
+/// One model's errors on episodes that no fit has seen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prediction {
+    /// Model name.
+    pub model: String,
+    /// Its errors, beside those of a model in which nothing moves.
+    pub held_out: Evaluation,
+}

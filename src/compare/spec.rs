@@ -1,0 +1,102 @@
+//! Config of a comparison: `configs/compare/*.toml`.
+use super::{ContenderSpec, GoalSpec};
+use crate::chooser::ChooserSpec;
+use crate::data::DatasetSpec;
+use crate::metric::CostSpec;
+use crate::perception::{Observation, PerceptionSpec};
+use crate::planner::PlannerSpec;
+use crate::problem::Budget;
+use crate::shape::{Shape, read_points};
+use crate::world::{SceneSpec, World};
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Every model plans with every planner to every goal from every seed; all else is identical.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompareSpec {
+    /// Root of what comparisons share: datasets and fits.
+    #[serde(default = "runs")]
+    pub artifacts: PathBuf,
+    /// Folder of the results; by default one below `artifacts` named by the config's fingerprint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub out: Option<PathBuf>,
+    /// Files that others recorded.
+    #[serde(default)]
+    pub data: DataSpec,
+    /// Scene, tools and episodes that models are fitted to; planning uses the same scene and tools.
+    pub dataset: DatasetSpec,
+    /// Where attempts start; by default a start of the scene drawn by the seed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<StartSpec>,
+    /// The contenders, by name.
+    pub model: IndexMap<String, ContenderSpec>,
+    /// The planners, by name.
+    pub planner: IndexMap<String, PlannerSpec>,
+    /// The goals, by name.
+    pub goal: IndexMap<String, GoalSpec>,
+    /// How particles are read out of what is observed.
+    pub perception: PerceptionSpec,
+    /// What planners minimise.
+    pub cost: CostSpec,
+    /// How the tool is chosen.
+    pub chooser: ChooserSpec,
+    /// What each search may spend; one search a tool and action.
+    pub budget: Budget,
+    /// Whether the world is observed between actions.
+    #[serde(default)]
+    pub control: ControlSpec,
+    /// Actions in a row.
+    #[schemars(range(min = 1))]
+    pub actions: usize,
+    /// Seeds of starts and random streams.
+    #[schemars(length(min = 1))]
+    pub seeds: Vec<u64>,
+}
+
+/// Where recorded files are.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DataSpec {
+    /// Folder that the files named by goals and starts are relative to.
+    pub root: PathBuf,
+}
+
+/// A start rebuilt from a recorded cloud, the same for every seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StartSpec {
+    /// Point cloud, relative to `data.root`.
+    pub file: PathBuf,
+    /// How the volume under the cloud is read.
+    pub perception: PerceptionSpec,
+}
+
+/// Whether the world is observed between actions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ControlSpec {
+    /// Observe, plan, execute, observe again.
+    #[default]
+    Closed,
+    /// Observe once; later actions are planned from what the model predicts.
+    Open,
+}
+
+fn runs() -> PathBuf {
+    PathBuf::from("runs")
+}
+
+impl StartSpec {
+    /// A world whose dough fills the volume under the cloud.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a cloud without an object, an object that the scene's lattice cannot fill.
+    pub fn rebuild(&self, root: &Path, scene: &SceneSpec) -> anyhow::Result<World> {
+        let region =
+            self.perception.clone().build()?.region(&Observation::Cloud(read_points(&root.join(&self.file))?))?;
+        World::around(scene, &|point| region.contains(point), region.bounds())
+    }
+}

@@ -1,0 +1,18 @@
+//! Result rows → tables for people (terminal, Markdown), papers (LaTeX) and the report (HTML, plots).
+mod forecast;
+mod grid;
+mod interval;
+mod output;
+mod picture;
+mod plot;
+mod report;
+mod summary;
+
+pub use forecast::forecast;
+pub use grid::Grid;
+pub use interval::Interval;
+pub use output::write;
+pub use picture::{Picture, picture};
+pub use plot::{Curve, curves};
+pub use report::{Report, report};
+pub use summary::{difference, summary};

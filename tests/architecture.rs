@@ -1,0 +1,149 @@
+//! The house: which module may import which, where each external crate may appear, and how long a file may grow.
+use std::path::{Path, PathBuf};
+
+/// Modules may import only from modules before them.
+const ORDER: &[&str] = &[
+    "family",
+    "watch",
+    "config",
+    "state",
+    "shape",
+    "tool",
+    "world",
+    "perception",
+    "graph",
+    "model",
+    "data",
+    "metric",
+    "train",
+    "planner",
+    "problem",
+    "chooser",
+    "compare",
+    "table",
+    "sweep",
+];
+
+/// Allowed although they point downward: the simulator as a model, and nothing else.
+const EXCEPTIONS: &[(&str, &str)] = &[];
+
+/// Modules that must not know of each other although the order would allow it.
+const FORBIDDEN: &[(&str, &[&str])] =
+    &[("planner", &["model", "world", "tool", "graph", "data", "train"]), ("model", &["world"])];
+
+/// Files that may do what [`FORBIDDEN`] forbids their module.
+const LICENSED: &[(&str, &str)] = &[("src/model/oracle.rs", "world")];
+
+/// Where an external crate may be named.
+const CRATES: &[(&str, &[&str])] = &[
+    ("rapier3d", &["src/world/"]),
+    ("dfdx", &["src/model/net/", "src/train/"]),
+    ("parry3d", &["src/state/", "src/shape/", "src/world/"]),
+    ("gemm", &["src/model/net/"]),
+    ("cmaes", &["src/train/"]),
+    ("lsap", &["src/metric/"]),
+    ("kuva", &["src/table/"]),
+    ("clap", &["src/main.rs", "src/verb/", "experiments/"]),
+];
+
+/// Longest file, in lines.
+const LIMIT: usize = 300;
+
+fn sources(root: &str) -> Vec<PathBuf> {
+    let (mut folders, mut files) = (vec![PathBuf::from(root)], Vec::new());
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a source folder") {
+            let path = entry.expect("a folder entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("a source file")
+}
+
+fn module_of(path: &Path) -> String {
+    let inside = path.strip_prefix("src").expect("a file of src");
+    let first = inside.iter().next().expect("a file name").to_string_lossy();
+    first.trim_end_matches(".rs").to_owned()
+}
+
+/// Modules named after `crate::` anywhere in the file, comments aside: (line, module).
+fn imports(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let code = line.split("//").next().unwrap_or_default();
+        for rest in code.split("crate::").skip(1) {
+            let name = |s: &str| s.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+            match rest.strip_prefix('{') {
+                Some(list) => found.extend(list.split(',').map(|s| (number + 1, name(s.trim())))),
+                None => found.push((number + 1, name(rest))),
+            }
+        }
+    }
+    found.retain(|(_, module)| !module.is_empty());
+    found
+}
+
+#[test]
+fn imports_point_upward() {
+    let rank = |name: &str| ORDER.iter().position(|m| *m == name);
+    let mut seen = 0;
+    for path in sources("src") {
+        let own = module_of(&path);
+        if ["lib", "main", "verb"].contains(&own.as_str()) {
+            continue;
+        }
+        let mine = rank(&own).unwrap_or_else(|| panic!("{}: module `{own}` has no place in the order", path.display()));
+        for (line, target) in imports(&read(&path)) {
+            let place = format!("{}:{line}: `{own}` imports `{target}`", path.display());
+            let theirs = rank(&target).unwrap_or_else(|| panic!("{place}, which has no place in the order"));
+            let allowed = theirs <= mine || EXCEPTIONS.contains(&(own.as_str(), target.as_str()));
+            assert!(allowed, "{place}, which stands below it");
+            let forbidden = FORBIDDEN.iter().any(|(m, list)| *m == own && list.contains(&target.as_str()));
+            let licensed = LICENSED.contains(&(path.to_str().expect("UTF-8 path"), target.as_str()));
+            assert!(!forbidden || licensed, "{place}, which it must not know");
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "only {seen} imports were seen: the test reads the wrong folder");
+}
+
+#[test]
+fn external_crates_stay_in_their_rooms() {
+    for path in sources("src").into_iter().chain(sources("experiments")) {
+        let (text, place) = (read(&path), path.to_string_lossy().into_owned());
+        for (name, rooms) in CRATES {
+            let used = text
+                .lines()
+                .map(|l| l.split("//").next().unwrap_or_default())
+                .any(|l| l.contains(&format!("{name}::")) || l.trim_start().starts_with(&format!("use {name}")));
+            assert!(!used || rooms.iter().any(|room| place.starts_with(room)), "{place} may not use `{name}`");
+        }
+    }
+}
+
+#[test]
+fn files_hold_one_concept() {
+    for path in sources("src").into_iter().chain(sources("experiments")).chain(sources("tests")) {
+        let lines = read(&path).lines().count();
+        assert!(
+            lines <= LIMIT,
+            "{} has {lines} lines, more than {LIMIT}: which concept should move out?",
+            path.display()
+        );
+        let stem = path.file_stem().expect("a file name").to_string_lossy();
+        assert!(
+            !["utils", "common", "helpers", "manager", "base", "misc"].contains(&&*stem),
+            "{}: name the concept",
+            path.display()
+        );
+    }
+}
