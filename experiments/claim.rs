@@ -3,7 +3,7 @@ use anyhow::Context;
 use pliant::compare::CompareSpec;
 use pliant::config;
 use pliant::sweep::{self, SweepSpec};
-use pliant::table::Grid;
+use pliant::table::{Grid, TrialRow};
 use pliant::watch::Watch;
 use serde_json::Value;
 use std::fmt;
@@ -19,6 +19,8 @@ pub struct Experiment {
     pub duration: &'static str,
     /// The sweep's config.
     pub sweep: &'static str,
+    /// Overrides that make the fits of its models tiny.
+    pub smoke: &'static [&'static str],
     /// Turns rows into the table.
     pub table: fn(&[Value]) -> anyhow::Result<Grid>,
 }
@@ -32,17 +34,29 @@ pub enum Size {
     Smoke,
 }
 
-/// What makes any comparison tiny.
-const SMOKE: &str = "set=['dataset.episodes=6', 'seeds=[0]', 'budget.rollouts=4', 'scale=smoke']";
+/// What makes any comparison tiny; experiments add what makes their fits tiny.
+const SMOKE: &[&str] = &["dataset=smoke", "seeds=[0]", "goal=[pressed]", "budget.rollouts=4"];
+
+/// The rows that a sweep collected.
+pub fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
+    rows.iter().map(TrialRow::read).collect()
+}
 
 impl Experiment {
     /// Runs the sweep, resuming one that was cut short, and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
     pub fn run(&self, size: Size, overrides: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
-        let mut changes: Vec<String> = if size == Size::Smoke { vec![SMOKE.to_owned()] } else { Vec::new() };
-        changes.extend_from_slice(overrides);
-        let spec = config::load::<SweepSpec>(Path::new(self.sweep), &changes)?.spec;
-        let folder = sweep::run::<CompareSpec>(&spec, watch)?;
-        let rows = sweep::collect(&folder)?;
+        let mut spec = config::load::<SweepSpec>(Path::new(self.sweep), overrides)?.spec;
+        if size == Size::Smoke {
+            spec.set.extend(SMOKE.iter().chain(self.smoke).map(|change| (*change).to_owned()));
+        }
+        if spec.command.is_empty() {
+            spec.command = vec![pliant()?, "compare".to_owned()];
+        }
+        let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
+        if let Some(failed) = outcome.failed.first() {
+            anyhow::bail!("{} trials failed, the first as {} says", outcome.failed.len(), failed.join("failure.json").display());
+        }
+        let rows = sweep::collect(&outcome.folder)?;
         let grid = (self.table)(&rows)?;
         let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
         config::write_whole(&out.join("data").join(self.name).with_extension("jsonl"), lines.as_bytes())?;
@@ -63,6 +77,14 @@ impl Experiment {
         println!("{}: the table is what its rows give", self.name);
         Ok(())
     }
+}
+
+/// The `pliant` program beside this one.
+fn pliant() -> anyhow::Result<String> {
+    let own = std::env::current_exe().context("cannot tell where this program is")?;
+    let sibling = own.with_file_name(format!("pliant{}", std::env::consts::EXE_SUFFIX));
+    anyhow::ensure!(sibling.exists(), "{} is not built; run `cargo build --release`", sibling.display());
+    Ok(sibling.display().to_string())
 }
 
 impl fmt::Display for Experiment {

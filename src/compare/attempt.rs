@@ -102,6 +102,8 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
         predicted,
         achieved: predicted.map(|_| value(&end)),
         start: value(&start),
+        one_step: entry.contender.held_out.as_ref().map(|e| e.one_step),
+        rollout: entry.contender.held_out.as_ref().map(|e| e.rollout),
         metrics: METRICS.iter().map(measure).collect(),
         floors: goal.floors.clone(),
         rollouts: spent.rollouts,

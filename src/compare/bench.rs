@@ -8,7 +8,7 @@ use crate::perception::Perception;
 use crate::planner::Planner;
 use crate::problem::Clock;
 use crate::tool::{Tool, ToolSpec};
-use crate::train::{Split, evaluate};
+use crate::train::Split;
 use crate::watch::Watch;
 use crate::world::World;
 use anyhow::Context;
@@ -61,12 +61,7 @@ pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>,
     let data = Split::of(&dataset, HELD_OUT);
     let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &mark, &artifacts, watch));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
-    let predictions = contenders.iter().filter_map(|contender| {
-        // The simulator cannot start from a recorded frame, so it predicts nothing here.
-        let held_out = evaluate(contender.model.as_ref(), &data.held_out, &data.tools).ok()?;
-        Some(Prediction { model: contender.name.clone(), held_out })
-    });
-    let predictions = predictions.collect();
+    let predictions = contenders.iter().filter_map(Prediction::of).collect();
     Ok((contenders, predictions))
 }
 

@@ -2,7 +2,7 @@
 use super::Artifacts;
 use crate::config::{Fingerprint, write_whole};
 use crate::model::{ModelSpec, WorldModel};
-use crate::train::{FitSpec, Split};
+use crate::train::{Evaluation, FitSpec, Split, evaluate};
 use crate::watch::Watch;
 use anyhow::Context;
 use indexmap::IndexMap;
@@ -27,6 +27,8 @@ pub struct Contender {
     pub name: String,
     /// The fitted model.
     pub model: Box<dyn WorldModel>,
+    /// Its errors on episodes that no fit has seen; none where it cannot start from a recorded frame (the simulator).
+    pub held_out: Option<Evaluation>,
     /// Folder of each stage that fitted it, by stage name.
     pub stages: IndexMap<String, PathBuf>,
 }
@@ -62,7 +64,8 @@ impl ContenderSpec {
             stages.insert(stage.clone(), folder);
         }
         let model = dynamics.build().with_context(|| format!("building the model {name}"))?;
-        Ok(Contender { name: name.to_owned(), model, stages })
+        let held_out = evaluate(model.as_ref(), &data.held_out, &data.tools).ok();
+        Ok(Contender { name: name.to_owned(), model, held_out, stages })
     }
 }
 

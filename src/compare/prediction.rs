@@ -1,4 +1,5 @@
 //! How well each model predicts held-out episodes.
+use super::Contender;
 use crate::train::Evaluation;
 use serde::{Deserialize, Serialize};
 
@@ -9,4 +10,10 @@ pub struct Prediction {
     pub model: String,
     /// Its errors, beside those of a model in which nothing moves.
     pub held_out: Evaluation,
+}
+
+impl Prediction {
+    pub(super) fn of(contender: &Contender) -> Option<Self> {
+        Some(Self { model: contender.name.clone(), held_out: contender.held_out.clone()? })
+    }
 }

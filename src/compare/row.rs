@@ -28,6 +28,10 @@ pub struct Row {
     pub achieved: Option<f64>,
     /// Cost before the first action.
     pub start: f64,
+    /// The model's error one step ahead on held-out episodes, root mean square \[m\]; null for the simulator.
+    pub one_step: Option<f64>,
+    /// The same for the last state of whole rollouts \[m\].
+    pub rollout: Option<f64>,
     /// Every metric of the achieved shape against the goal, by name; null where it is not defined.
     pub metrics: IndexMap<String, Option<f64>>,
     /// Every metric between two samplings of the goal: what no model can beat.

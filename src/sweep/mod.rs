@@ -32,6 +32,9 @@ pub struct SweepSpec {
     pub command: Vec<String>,
     /// The config file that every trial starts from, relative to the current folder.
     pub base: PathBuf,
+    /// Overrides that every trial begins with.
+    #[serde(default)]
+    pub set: Vec<String>,
     /// Key → values: every combination is a trial, the last key varying fastest.
     #[serde(default)]
     pub grid: IndexMap<String, Vec<serde_json::Value>>,

@@ -7,7 +7,7 @@ use crate::config::assignment;
 pub struct Trial {
     /// The overrides that lead from the base to it, seeds included.
     pub overrides: Vec<String>,
-    /// The same without seeds, as one name: repetitions of one trial share it.
+    /// The same without seeds and without what all trials share, as one name: repetitions of one trial share it.
     pub label: String,
 }
 
@@ -30,7 +30,7 @@ pub fn plan(spec: &SweepSpec) -> Vec<Trial> {
             seeds => seeds.iter().copied().map(Some).collect(),
         };
         seeds.into_iter().map(move |seed| Trial {
-            overrides: overrides.iter().cloned().chain(seed.map(|seed| format!("seeds=[{seed}]"))).collect(),
+            overrides: spec.set.iter().chain(&overrides).cloned().chain(seed.map(|seed| format!("seeds=[{seed}]"))).collect(),
             label: label.clone(),
         })
     });

@@ -29,6 +29,15 @@ impl Interval {
         };
         Some(Self { mean, half, count: values.len() })
     }
+
+    /// The interval of lengths \[m\] as millimetres for a table: `mean ± half`, the mean alone for one number, a dash for none.
+    pub fn millimetres(values: &[f64]) -> String {
+        match Self::of(values) {
+            Some(i) if i.half.is_finite() => format!("{:.2} ± {:.2}", 1e3 * i.mean, 1e3 * i.half).replace('-', "−"),
+            Some(i) => format!("{:.2}", 1e3 * i.mean).replace('-', "−"),
+            None => "–".to_owned(),
+        }
+    }
 }
 
 #[cfg(test)]

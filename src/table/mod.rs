@@ -1,4 +1,5 @@
 //! Result rows → tables for people (terminal, Markdown), papers (LaTeX) and the report (HTML, plots).
+mod ablation;
 mod forecast;
 mod grid;
 mod interval;
@@ -8,6 +9,7 @@ mod plot;
 mod report;
 mod summary;
 
+pub use ablation::{TrialRow, ablation};
 pub use forecast::forecast;
 pub use grid::Grid;
 pub use interval::Interval;

@@ -4,29 +4,19 @@ use crate::compare::Row;
 use crate::metric::METRICS;
 use indexmap::IndexMap;
 
-/// Millimetres with two decimals, the resolution at which samplings of one shape differ.
-fn millimetres(interval: Option<Interval>) -> String {
-    match interval {
-        Some(i) if i.half.is_finite() => format!("{:.2} ± {:.2}", 1e3 * i.mean, 1e3 * i.half).replace('-', "−"),
-        Some(i) => format!("{:.2}", 1e3 * i.mean).replace('-', "−"),
-        None => "–".to_owned(),
-    }
-}
-
-fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> Option<Interval> {
+fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> String {
     let values: Vec<f64> = rows.iter().filter_map(|row| read(row)).collect();
-    Interval::of(&values)
+    Interval::millimetres(&values)
 }
 
-/// Mean of `a − b` in achieved cost over the (goal, seed) pairs that both planned, equal random numbers paired.
-pub fn difference(rows: &[Row], planner: &str, a: &str, b: &str) -> Option<Interval> {
+/// `a − b` in achieved cost \[m\] for every (goal, seed) at which both planned: equal random numbers paired.
+pub fn difference(rows: &[Row], planner: &str, a: &str, b: &str) -> Vec<f64> {
     let of = |model: &str| -> IndexMap<(&str, u64), f64> {
         let mine = rows.iter().filter(|r| r.planner == planner && r.model == model);
         mine.filter_map(|r| Some(((r.goal.as_str(), r.seed), r.achieved?))).collect()
     };
     let (a, b) = (of(a), of(b));
-    let pairs: Vec<f64> = a.iter().filter_map(|(key, x)| Some(x - b.get(key)?)).collect();
-    Interval::of(&pairs)
+    a.iter().filter_map(|(key, x)| Some(x - b.get(key)?)).collect()
 }
 
 /// The comparison table of rows, in the order in which models and planners first appear.
@@ -43,10 +33,10 @@ pub fn summary(all: &[Row]) -> Grid {
     let line = |(&(planner, model), rows): (&(&str, &str), &Vec<&Row>)| {
         let mut cells = vec![planner.to_owned(), model.to_owned()];
         cells.push(format!("{}/{}", rows.iter().filter(|r| r.achieved.is_some()).count(), rows.len()));
-        cells.extend(METRICS.iter().map(|m| millimetres(column(rows, |r| r.metrics.get(m.name()).copied().flatten()))));
-        cells.push(millimetres(column(rows, |r| r.achieved)));
-        cells.push(millimetres(column(rows, |r| Some(r.predicted? - r.achieved?))));
-        cells.push(millimetres(difference(all, planner, model, "still")));
+        cells.extend(METRICS.iter().map(|m| column(rows, |r| r.metrics.get(m.name()).copied().flatten())));
+        cells.push(column(rows, |r| r.achieved));
+        cells.push(column(rows, |r| Some(r.predicted? - r.achieved?)));
+        cells.push(Interval::millimetres(&difference(all, planner, model, "still")));
         let mean = |read: &dyn Fn(&Row) -> f64| rows.iter().map(|r| read(r)).sum::<f64>() / rows.len() as f64;
         cells.push(format!("{:.0}", mean(&|r| r.rollouts as f64)));
         cells.push(format!("{:.0}", mean(&|r| r.gradients as f64)));
@@ -62,7 +52,7 @@ pub fn summary(all: &[Row]) -> Grid {
 fn floor_line(rows: &[Row], width: usize) -> Vec<String> {
     let rows: Vec<&Row> = rows.iter().collect();
     let mut cells = vec!["".to_owned(), "sampling floor".to_owned(), "".to_owned()];
-    cells.extend(METRICS.iter().map(|m| millimetres(column(&rows, |r| r.floors.get(m.name()).copied().flatten()))));
+    cells.extend(METRICS.iter().map(|m| column(&rows, |r| r.floors.get(m.name()).copied().flatten())));
     cells.resize(width, String::new());
     cells
 }

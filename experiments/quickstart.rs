@@ -1,0 +1,21 @@
+//! Claim: with planner, budget and random numbers equal, every model that plans beats one in which nothing moves, and none
+//! beats the simulator itself by more than noise.
+//!
+//! Command: `cargo run --release --bin experiments -- quickstart`, about six minutes. Table: `paper/tables/quickstart.tex`.
+use crate::claim::Experiment;
+use pliant::table::{Grid, TrialRow, summary};
+use serde_json::Value;
+
+pub const CLAIM: Experiment = Experiment {
+    name: "quickstart",
+    claim: "every model that plans beats `still`; none beats the simulator by more than noise",
+    duration: "about 6 minutes",
+    sweep: "configs/sweep/quickstart.toml",
+    smoke: &["model.analytic.train.identify.evaluations=10", "model.learned.train.network.steps=4", "model.hybrid.train.identify.evaluations=10", "model.hybrid.train.residual.steps=4"],
+    table,
+};
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    let rows = rows.iter().map(|r| Ok(TrialRow::read(r)?.row)).collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(summary(&rows))
+}
