@@ -51,8 +51,7 @@ impl<'a> Placed<'a> {
     #[inline]
     fn field(&self, position: DVec3) -> Option<(DVec3, Projection)> {
         let arm = position - self.centre;
-        // Negated so that a particle that is not a number is out of reach too.
-        if !(arm.length_squared() < self.ball) {
+        if arm.length_squared() >= self.ball {
             return None;
         }
         let local = self.inverse * arm;

@@ -1,11 +1,11 @@
 //! The adjoint of one control step, substep by substep backwards.
 use super::interval::Interval;
+use super::neighbours::Lists;
 use super::state::StateGrad;
 use super::{ParticleModel, ParticleState};
-use crate::graph::Graph;
 use crate::model::Adjoint;
-use crate::model::law::{Rate, View, ViewGrad};
-use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
+use crate::model::law::{Law, Rate, View, ViewGrad};
+use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -23,8 +23,16 @@ struct Backward<'a> {
 }
 
 impl Backward<'_> {
-    /// Pulls `at` = `∂J/∂acceleration` back through the laws of one rate, the tool a `fraction` of its way.
-    fn laws(&mut self, rate: Rate, view: &View<'_>, at: &[DVec3], fraction: f64, weights: &mut [f32]) {
+    /// Pulls `at` = `∂J/∂acceleration` back through the laws of one rate, each with its own view, the tool a `fraction` of its
+    /// way.
+    fn laws<'v>(
+        &mut self,
+        rate: Rate,
+        view: impl Fn(&dyn Law) -> View<'v>,
+        at: &[DVec3],
+        fraction: f64,
+        weights: &mut [f32],
+    ) {
         for (law, span) in self.interval.model.laws(rate) {
             let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
             let mut grad = ViewGrad {
@@ -33,7 +41,7 @@ impl Backward<'_> {
                 twists: std::mem::take(&mut self.twists),
                 weights: &mut weights[own],
             };
-            law.accelerate_vjp(view, at, &mut grad);
+            law.accelerate_vjp(&view(law), at, &mut grad);
             (self.particles, self.poses, self.twists) = (grad.particles, grad.poses, grad.twists);
         }
         let Interval { state, control, .. } = self.interval;
@@ -65,8 +73,8 @@ impl Adjoint<ParticleState> for ParticleModel {
     ) -> (Vec<f64>, ControlGrad) {
         let count = state.particles.len();
         let interval = Interval::new(self, state, control);
-        let mut tape: Vec<(crate::state::Particles, Arc<Graph>)> = Vec::with_capacity(self.substeps);
-        interval.advance(|particles, graph| tape.push((particles.clone(), Arc::clone(graph))));
+        let mut tape: Vec<(Particles, Arc<Lists>)> = Vec::with_capacity(self.substeps);
+        interval.advance(|particles, lists| tape.push((particles.clone(), Arc::clone(lists))));
 
         let StateGrad { particles, poses: to } = StateGrad::read(next, count);
         let parts = state.poses.len();
@@ -82,7 +90,7 @@ impl Adjoint<ParticleState> for ParticleModel {
         let mut at_acceleration = vec![DVec3::ZERO; count];
         let mut at_held = vec![DVec3::ZERO; count];
         let mut poses: Vec<Pose> = Vec::with_capacity(parts);
-        for (k, (particles, graph)) in tape.iter().enumerate().rev() {
+        for (k, (particles, lists)) in tape.iter().enumerate().rev() {
             let ParticlesGrad { positions, velocities } = &mut back.particles;
             for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
                 let push = *v + interval.h * *x;
@@ -91,12 +99,12 @@ impl Adjoint<ParticleState> for ParticleModel {
                 at_held[i] += at_acceleration[i];
             }
             interval.place(k, &mut poses);
-            let view = interval.view(particles, graph, &poses);
-            back.laws(Rate::Substep, &view, &at_acceleration, interval.fraction(k), weights);
+            let view = |law: &dyn Law| interval.view(particles, lists.of(law.reach()), &poses);
+            back.laws(Rate::Substep, view, &at_acceleration, interval.fraction(k), weights);
         }
         if let Some((graph, _)) = &interval.held {
-            let view = interval.view(&state.particles, graph, &control.poses);
-            back.laws(Rate::Step, &view, &at_held, 1.0, weights);
+            let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
+            back.laws(Rate::Step, view, &at_held, 1.0, weights);
         }
         let at_state = StateGrad { particles: back.particles, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })

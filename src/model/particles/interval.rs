@@ -1,5 +1,5 @@
 //! One control interval of a particle model: held accelerations, then substeps.
-use super::neighbours::Neighbours;
+use super::neighbours::{Lists, Neighbours};
 use super::{ParticleModel, ParticleState};
 use crate::graph::Graph;
 use crate::model::law::{Law, Rate, View};
@@ -20,7 +20,6 @@ pub(super) struct Interval<'a> {
     pub(super) keep: f64,
     /// What the laws of [`Rate::Step`] saw, where there are any, and their summed acceleration.
     pub(super) held: Option<(Graph, Vec<DVec3>)>,
-    reach: f64,
 }
 
 impl<'a> Interval<'a> {
@@ -34,7 +33,6 @@ impl<'a> Interval<'a> {
             h: state.interval / model.substeps as f64,
             keep: model.keep.powf((model.substeps as f64).recip()),
             held: None,
-            reach: model.laws(Rate::Substep).fold(0.0, |m, (law, _)| law.reach().max(m)),
         };
         interval.held = interval.hold();
         interval
@@ -68,11 +66,12 @@ impl<'a> Interval<'a> {
         poses.extend(path.map(|(from, to)| from.toward(to, self.fraction(k))));
     }
 
-    /// The particles at the end; `record` sees those at the start of every substep and the pairs its laws ran over.
-    pub(super) fn advance(&self, mut record: impl FnMut(&Particles, &Arc<Graph>)) -> Particles {
+    /// The particles at the end; `record` sees those at the start of every substep and the lists its laws ran over.
+    pub(super) fn advance(&self, mut record: impl FnMut(&Particles, &Arc<Lists>)) -> Particles {
         let laws: Vec<&dyn Law> = self.model.laws(Rate::Substep).map(|(law, _)| law).collect();
         let mut particles = self.state.particles.clone();
-        let mut neighbours = Neighbours::new(self.reach, &particles.positions);
+        let reaches = laws.iter().map(|law| law.reach()).collect();
+        let mut neighbours = Neighbours::new(reaches, &particles.positions);
         let mut poses = Vec::with_capacity(self.state.poses.len());
         let mut acceleration = vec![DVec3::ZERO; particles.len()];
         for k in 0..self.model.substeps {
@@ -80,12 +79,13 @@ impl<'a> Interval<'a> {
                 Some((_, held)) => acceleration.copy_from_slice(held),
                 None => acceleration.fill(DVec3::ZERO),
             }
-            let graph = neighbours.at(&particles.positions);
-            record(&particles, graph);
+            let lists = neighbours.at(&particles.positions);
+            record(&particles, lists);
             if !laws.is_empty() {
                 self.place(k, &mut poses);
-                let view = self.view(&particles, graph, &poses);
-                laws.iter().for_each(|law| law.accelerate(&view, &mut acceleration));
+            }
+            for law in &laws {
+                law.accelerate(&self.view(&particles, lists.of(law.reach()), &poses), &mut acceleration);
             }
             let Particles { positions, velocities } = &mut particles;
             for ((x, v), a) in positions.iter_mut().zip(velocities).zip(&acceleration) {

@@ -1,41 +1,70 @@
-//! The list of particle pairs that substep laws run over (Verlet 1967): drawn with a skin, so that it stays good for a while.
+//! Lists of the particle pairs that substep laws run over (Verlet 1967): drawn with a skin, so that they stay good for a while.
 use crate::graph::{CellList, EDGE_KINDS, EdgeSet, Graph};
 use crate::model::law::pair::PARTICLE;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Width of the skin as a fraction of the reach: rebuilding is as cheap as a few substeps, so it is thin.
+/// Width of the skin as a fraction of the shortest reach: drawing lists costs no more than a few substeps, so it is thin.
 const SKIN: f64 = 0.1;
 
-/// A half list of all pairs within reach, true until a particle has moved by half the skin.
+/// For each of a few reaches, a half list of all pairs within it; true until a particle has moved by half the skin.
 pub(super) struct Neighbours {
-    reach: f64,
+    reaches: Vec<f64>,
+    skin: f64,
     drawn_at: Vec<DVec3>,
-    graph: Arc<Graph>,
+    lists: Arc<Lists>,
+}
+
+/// Half lists by reach: each pair once, in the row of its smaller index, by the larger.
+pub(super) struct Lists(Vec<(f64, Graph)>);
+
+impl Lists {
+    /// The list drawn for `reach`.
+    pub(super) fn of(&self, reach: f64) -> &Graph {
+        let found = self.0.iter().find(|(r, _)| *r == reach);
+        &found.expect("a list is drawn for the reach of every law").1
+    }
 }
 
 impl Neighbours {
-    /// The pairs within `reach` \[m\]; none are looked for when it is zero.
-    pub(super) fn new(reach: f64, positions: &[DVec3]) -> Self {
-        let mut edges = vec![EdgeSet { offsets: vec![0; positions.len() + 1], senders: Vec::new() }; EDGE_KINDS.len()];
-        if reach > 0.0 {
-            edges[PARTICLE] = half_list(positions, reach * (1.0 + SKIN));
-        }
-        Self { reach, drawn_at: positions.to_vec(), graph: Arc::new(Graph { edges, ..Graph::default() }) }
+    /// The pairs within each of `reaches` \[m\]; none are looked for where it is zero.
+    pub(super) fn new(mut reaches: Vec<f64>, positions: &[DVec3]) -> Self {
+        reaches.sort_by(|a, b| b.total_cmp(a));
+        reaches.dedup();
+        let skin = SKIN * reaches.iter().copied().filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
+        let lists = Arc::new(draw(&reaches, skin, positions));
+        Self { reaches, skin, drawn_at: positions.to_vec(), lists }
     }
 
-    /// The list for `positions`, drawn again if it is no longer complete.
-    pub(super) fn at(&mut self, positions: &[DVec3]) -> &Arc<Graph> {
-        let limit = (0.5 * SKIN * self.reach).powi(2);
+    /// The lists for `positions`, drawn again if they are no longer complete.
+    pub(super) fn at(&mut self, positions: &[DVec3]) -> &Arc<Lists> {
+        let limit = (0.5 * self.skin).powi(2);
         let moved = |(now, then): (&DVec3, &DVec3)| now.distance_squared(*then) > limit;
-        if self.reach > 0.0 && positions.iter().zip(&self.drawn_at).any(moved) {
-            *self = Self::new(self.reach, positions);
+        if self.skin.is_finite() && positions.iter().zip(&self.drawn_at).any(moved) {
+            self.drawn_at.copy_from_slice(positions);
+            self.lists = Arc::new(draw(&self.reaches, self.skin, positions));
         }
-        &self.graph
+        &self.lists
     }
 }
 
-/// Each pair closer than `radius` once, in the row of its smaller index, by the larger.
+/// Lists for descending reaches, each drawn from the one before.
+fn draw(reaches: &[f64], skin: f64, positions: &[DVec3]) -> Lists {
+    let mut lists: Vec<(f64, Graph)> = Vec::with_capacity(reaches.len());
+    for &reach in reaches {
+        let mut edges = vec![EdgeSet { offsets: vec![0; positions.len() + 1], senders: Vec::new() }; EDGE_KINDS.len()];
+        if reach > 0.0 {
+            let wider = lists.last().map(|(_, graph)| &graph.edges[PARTICLE]);
+            edges[PARTICLE] = match wider {
+                Some(wider) => narrowed(wider, positions, reach + skin),
+                None => half_list(positions, reach + skin),
+            };
+        }
+        lists.push((reach, Graph { edges, ..Graph::default() }));
+    }
+    Lists(lists)
+}
+
 fn half_list(positions: &[DVec3], radius: f64) -> EdgeSet {
     let cells = CellList::new(positions, radius);
     let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
@@ -52,6 +81,16 @@ fn half_list(positions: &[DVec3], radius: f64) -> EdgeSet {
     set
 }
 
+fn narrowed(wider: &EdgeSet, positions: &[DVec3], radius: f64) -> EdgeSet {
+    let mut set = EdgeSet { offsets: vec![0], senders: Vec::with_capacity(wider.len()) };
+    for (i, row) in wider.offsets.windows(2).enumerate() {
+        let near = |j: &u32| positions[*j as usize].distance_squared(positions[i]) < radius * radius;
+        set.senders.extend(wider.senders[row[0] as usize..row[1] as usize].iter().copied().filter(near));
+        set.offsets.push(set.senders.len() as u32);
+    }
+    set
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,16 +102,16 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut positions: Vec<DVec3> = (0..80).map(|_| DVec3::from_array(rng.random::<[f64; 3]>())).collect();
         let drift: Vec<DVec3> = (0..80).map(|_| DVec3::from_array(rng.random::<[f64; 3]>()) - 0.5).collect();
-        let reach = 0.3;
-        let mut neighbours = Neighbours::new(reach, &positions);
+        let mut neighbours = Neighbours::new(vec![0.2, 0.0, 0.3], &positions);
         for _ in 0..50 {
-            let list = &neighbours.at(&positions).edges[PARTICLE];
-            let mut listed: Vec<_> =
-                list.pairs().filter(|&(i, j)| positions[i].distance(positions[j]) < reach).collect();
-            listed.sort_unstable();
-            let all = (0..80).flat_map(|i| (i + 1..80).map(move |j| (i, j)));
-            let near: Vec<_> = all.filter(|&(i, j)| positions[i].distance(positions[j]) < reach).collect();
-            assert_eq!(listed, near);
+            let lists = neighbours.at(&positions);
+            let all: Vec<_> = (0..80).flat_map(|i| (i + 1..80).map(move |j| (i, j))).collect();
+            for reach in [0.0, 0.2, 0.3] {
+                let within = |&(i, j): &(usize, usize)| positions[i].distance(positions[j]) < reach;
+                let listed: Vec<_> = lists.of(reach).edges[PARTICLE].pairs().filter(within).collect();
+                let near: Vec<_> = all.iter().copied().filter(within).collect();
+                assert_eq!(listed, near);
+            }
             positions.iter_mut().zip(&drift).for_each(|(x, d)| *x += 0.01 * *d);
         }
     }
