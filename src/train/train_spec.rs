@@ -25,7 +25,7 @@ pub struct TrainSpec {
     #[schemars(range(min = 0.0, max = 1.0))]
     pub last_rate: f64,
     /// Greatest angle by which a window is turned at random about the vertical, which no law of the world notices \[rad\].
-    #[schemars(range(min = 0.0, max = 3.1416))]
+    #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub turn: f64,
     /// Standard deviation of the random walk added to a window's start, the targets staying true \[m\].
     #[schemars(range(min = 0.0))]
@@ -91,7 +91,7 @@ impl TrainSpec {
         let ranges = [
             ("rate", self.rate, 1e-8, 1.0),
             ("last_rate", self.last_rate, 0.0, 1.0),
-            ("turn", self.turn, 0.0, 3.1416),
+            ("turn", self.turn, 0.0, std::f64::consts::PI),
             ("noise", self.noise, 0.0, f64::MAX),
             ("clip", self.clip, 1e-8, f64::INFINITY),
             ("moving", self.moving, 0.0, 1.0),
