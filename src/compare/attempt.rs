@@ -1,7 +1,7 @@
 //! One attempt: a model, a planner, a goal and a seed, from the first observation to the last action.
 use super::{Bench, Contender, ControlSpec, Goal, Row};
 use crate::chooser::Task;
-use crate::metric::{GoalCost, METRICS};
+use crate::metric::{GoalCost, METRICS, Metric};
 use crate::model::Cost;
 use crate::perception::Observation;
 use crate::planner::Planner;
@@ -90,8 +90,11 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
     }
     let end = world.particles();
     let value = |particles: &Particles| cost.at(0, 0, particles);
-    let measure = |m: &&dyn crate::metric::Metric| {
-        (m.name().to_owned(), m.evaluate(&end.positions, &goal.points, goal.matching).filter(|v| v.is_finite()))
+    // Without a plan nothing was achieved, which is not the same as having left the shape as it was.
+    let planned = predicted.is_some();
+    let measure = |m: &&dyn Metric| {
+        let value = m.evaluate(&end.positions, &goal.points, goal.matching);
+        (m.name().to_owned(), value.filter(|v| planned && v.is_finite()))
     };
     let row = Row {
         model: entry.contender.name.clone(),

@@ -55,6 +55,7 @@ const HELD_OUT: f64 = 0.2;
 /// # Errors
 /// An impossible spec, a damaged artifact, a failing fit, or a stop that was asked for; what was made stays and is reused.
 pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>, Vec<Prediction>)> {
+    let spec = &spec.rooted();
     let artifacts = Artifacts::below(&spec.artifacts);
     let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
     let dataset = simulate(&spec.dataset, &folder, watch)?;
@@ -72,9 +73,9 @@ pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>,
 /// # Errors
 /// As [`fit`]; also a goal or start that cannot be made.
 pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
-    let spec = &loaded.spec;
-    let (contenders, predictions) = fit(spec, watch)?;
-    let mark = identity(spec);
+    let spec = &loaded.spec.rooted();
+    let (contenders, predictions) = fit(&loaded.spec, watch)?;
+    let mark = identity(&loaded.spec);
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));
     write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
     let lines = predictions.iter().map(|p| serde_json::to_string(p).expect("plain data") + "\n");

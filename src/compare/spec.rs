@@ -89,6 +89,15 @@ fn runs() -> PathBuf {
     PathBuf::from("runs")
 }
 
+impl CompareSpec {
+    /// The same comparison with every mesh of its tools taken from `data.root`.
+    pub(super) fn rooted(&self) -> Self {
+        let mut spec = self.clone();
+        spec.dataset.tool.values_mut().for_each(|tool| *tool = tool.under(&self.data.root));
+        spec
+    }
+}
+
 impl StartSpec {
     /// A world whose dough fills the volume under the cloud.
     ///

@@ -158,6 +158,8 @@ impl Check<'_> {
             if !table.contains_key(key) {
                 let schema = shape.declared().find(|(known, _)| *known == key).map(|(_, schema)| schema);
                 let meaning = schema.and_then(|schema| schema.get("description")).and_then(Json::as_str);
+                // Units stand in brackets that documentation must escape.
+                let meaning = meaning.map(|text| text.replace("\\[", "[").replace("\\]", "]"));
                 let message = format!("missing key `{key}` in {}", name(path));
                 let help = meaning.map(|meaning| format!("`{key}`: {meaning}"));
                 self.report(message, format!("needs `{key}`"), help, node.place);

@@ -30,7 +30,13 @@ pub fn plan(spec: &SweepSpec) -> Vec<Trial> {
             seeds => seeds.iter().copied().map(Some).collect(),
         };
         seeds.into_iter().map(move |seed| Trial {
-            overrides: spec.set.iter().chain(&overrides).cloned().chain(seed.map(|seed| format!("seeds=[{seed}]"))).collect(),
+            overrides: spec
+                .set
+                .iter()
+                .chain(&overrides)
+                .cloned()
+                .chain(seed.map(|seed| format!("seeds=[{seed}]")))
+                .collect(),
             label: label.clone(),
         })
     });

@@ -55,7 +55,8 @@ pub fn ablation(title: &str, rows: &[TrialRow], name: impl Fn(&str) -> String, r
     };
     let notes = vec![
         "one step, rollout: root mean square error on held-out episodes".to_owned(),
-        "Δ reference: achieved cost minus the reference's, paired by goal, planner and seed; negative is better".to_owned(),
+        "Δ reference: achieved cost minus the reference's, paired by goal, planner and seed; negative is better"
+            .to_owned(),
     ];
     Grid {
         title: title.to_owned(),

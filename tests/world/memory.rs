@@ -55,7 +55,7 @@ fn the_oracle_predicts_execution_bit_for_bit() {
         let scene = world.scene(&tool, &motion.start);
         Oracle.accepts(&scene).unwrap();
         let alone = Oracle.rollout(&scene, &motion.controls);
-        let many = Oracle.rollouts(&scene, &[motion.controls.clone(), motion.controls.clone()]);
+        let many = Oracle.rollouts(&scene, &[motion.clone(), motion.clone()]);
         let truth = world.execute(&tool, &motion);
         assert!(scene.particles == truth[0] && alone == truth && many == [truth.clone(), truth]);
     }

@@ -1,0 +1,126 @@
+//! The programs as a newcomer meets them: good input gives files and tables, bad input a sentence and exit code 2.
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::Instant;
+
+fn run(program: &str, folder: &Path, words: &[&str]) -> Output {
+    Command::new(program).current_dir(folder).args(words).output().expect("the program starts")
+}
+
+fn pliant(folder: &Path, words: &[&str]) -> Output {
+    run(env!("CARGO_BIN_EXE_pliant"), folder, words)
+}
+
+fn out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn complaint(output: &Output) -> String {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(!text.contains("panicked"), "{text}");
+    text
+}
+
+/// An empty folder that sees the project's configs.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::os::unix::fs::symlink(concat!(env!("CARGO_MANIFEST_DIR"), "/configs"), folder.path().join("configs")).unwrap();
+    folder
+}
+
+const QUICKSTART: &str = "configs/compare/quickstart.toml";
+
+#[test]
+fn a_tiny_comparison_leaves_everything_and_its_repetition_is_quick_and_equal() {
+    let folder = folder();
+    let words = [
+        "compare",
+        QUICKSTART,
+        "dataset=smoke",
+        "goal=[pressed]",
+        "seeds=[7]",
+        "budget.rollouts=6",
+        "model.analytic.train.identify.evaluations=8",
+        "model.learned.train.network.steps=3",
+        "model.hybrid.train.identify.evaluations=8",
+        "model.hybrid.train.residual.steps=3",
+        "out=results",
+    ];
+    let began = Instant::now();
+    let first = pliant(folder.path(), &words);
+    let first_took = began.elapsed();
+    assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
+    for name in ["oracle", "still", "analytic", "learned", "hybrid", "sampling floor"] {
+        assert!(out(&first).contains(name), "{}", out(&first));
+    }
+    for file in ["rows.jsonl", "predictions.jsonl", "table.md", "table.tex", "report.html", "config.toml"] {
+        assert!(folder.path().join("results").join(file).exists(), "{file}");
+    }
+    let began = Instant::now();
+    let again = pliant(folder.path(), &[&words[..], &["--json"]].concat());
+    assert!(began.elapsed() < first_took / 2, "nothing was reused");
+    let rows: Vec<serde_json::Value> = out(&again).lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    assert_eq!(rows.len(), 10);
+    let written = std::fs::read_to_string(folder.path().join("results/rows.jsonl")).unwrap();
+    assert_eq!(out(&again), written);
+    let number = |row: &serde_json::Value, key: &str| row[key].as_f64();
+    for row in rows.iter().filter(|r| r["model"] == "oracle" && r["planner"] == "cem") {
+        let (promised, achieved) = (number(row, "predicted").unwrap(), number(row, "achieved").unwrap());
+        assert!((promised - achieved).abs() < 1e-6, "the simulator promised {promised} and achieved {achieved}");
+    }
+    let descending = rows.iter().find(|r| r["model"] == "oracle" && r["planner"] == "descent").unwrap();
+    assert!(descending["predicted"].is_null(), "the simulator has no gradient to descend");
+}
+
+#[test]
+fn bad_input_is_a_sentence_and_exit_code_two() {
+    let folder = folder();
+    let here = folder.path();
+    assert!(complaint(&pliant(here, &["compare", "configs/compare/nowhere.toml"])).contains("nowhere.toml"));
+    let typo = complaint(&pliant(here, &["compare", QUICKSTART, "planner.cem.sampels=3"]));
+    assert!(typo.contains("did you mean `samples`"), "{typo}");
+    let part = complaint(&pliant(here, &["compare", QUICKSTART, "model=[lerned]"]));
+    assert!(part.contains("learned"), "{part}");
+    assert!(complaint(&pliant(here, &["compare", QUICKSTART, "seeds=[]"])).contains("seeds"));
+    assert!(complaint(&pliant(here, &["compare", QUICKSTART, "budget.rollouts=many"])).contains("rollouts"));
+    assert!(complaint(&pliant(here, &["simulate", "configs/dataset/smoke.toml", "episodes=0"])).contains("episodes"));
+    std::fs::write(here.join("notes.txt"), "mine").unwrap();
+    let inside = complaint(&pliant(here, &["simulate", "configs/dataset/smoke.toml", "--to", "notes.txt"]));
+    assert!(inside.contains("notes.txt"), "{inside}");
+    assert_eq!(std::fs::read_to_string(here.join("notes.txt")).unwrap(), "mine");
+    let cloud = ["compare", QUICKSTART, "model=[still]", "dataset=smoke", "planner=[cem]", "goal=[pressed]"];
+    let start = "+start={file = \"no.ply\", perception = \"cloud\"}";
+    let missing = complaint(&pliant(here, &[&cloud[..], &[start]].concat()));
+    assert!(missing.contains("no.ply"), "{missing}");
+}
+
+#[test]
+fn configs_can_be_printed_with_their_origins_and_described() {
+    let folder = folder();
+    let shown = out(&pliant(folder.path(), &["compare", QUICKSTART, "planner.cem.samples=33", "--cfg"]));
+    assert!(shown.contains("samples = 33") && shown.contains("command line"), "{shown}");
+    assert!(shown.contains("configs/material/dough.toml:"), "{shown}");
+    let schema: serde_json::Value = serde_json::from_str(&out(&pliant(folder.path(), &["schema"]))).unwrap();
+    assert!(schema["properties"]["seeds"].is_object());
+}
+
+#[test]
+fn every_experiment_runs_at_smoke_size_and_every_table_is_what_its_rows_give() {
+    let folder = folder();
+    let experiments = |words: &[&str]| {
+        let output = run(env!("CARGO_BIN_EXE_experiments"), folder.path(), words);
+        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
+        out(&output)
+    };
+    let listed = experiments(&["list"]);
+    let names: Vec<&str> = listed.lines().filter(|l| !l.starts_with(' ')).filter_map(|l| l.split(':').next()).collect();
+    assert!(names.contains(&"quickstart") && names.len() >= 4, "{listed}");
+    for name in names {
+        experiments(&[name, "--smoke"]);
+        assert!(folder.path().join(format!("runs/smoke/tables/{name}.tex")).exists());
+    }
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let check = run(env!("CARGO_BIN_EXE_experiments"), committed, &["check"]);
+    assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+}

@@ -1,0 +1,94 @@
+//! Gradients with respect to an action θ, through tool motion, contact and a whole rollout, for every kind of model that plans
+//! with one.
+use glam::DVec3;
+use pliant::compare::CompareSpec;
+use pliant::config;
+use pliant::metric::{ChamferSpec, CostSpec, GoalCost};
+use pliant::model::WorldModel;
+use pliant::planner::Objective;
+use pliant::problem::Problem;
+use pliant::state::stream;
+use pliant::tool::Workpiece;
+use pliant::world::World;
+use rand::Rng;
+
+fn quickstart() -> CompareSpec {
+    config::load(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/compare/quickstart.toml").as_ref(), &[]).unwrap().spec
+}
+
+/// The contender before it is fitted; weights that start at zero are moved away, or a gradient through them would be trivial.
+fn model(spec: &CompareSpec, name: &str) -> Box<dyn WorldModel> {
+    let mut model = spec.model[name].dynamics.clone().build().unwrap();
+    let mut rng = stream(5, &[1]);
+    let weights: Vec<f32> = model.weights().iter().map(|w| w + 0.05 * (rng.random::<f32>() - 0.5)).collect();
+    model.set_weights(&weights);
+    model
+}
+
+/// Steps of the central differences as fractions of each bound's range: rounding spoils the shortest, curvature the longest.
+const STEPS: [f64; 4] = [3e-4, 3e-5, 3e-6, 3e-7];
+
+#[test]
+fn gradients_by_theta_agree_with_central_differences() {
+    let spec = quickstart();
+    let world = World::new(&spec.dataset.scene, 3).unwrap();
+    let seen = world.particles();
+    let piece = Workpiece::around(&seen);
+    // A goal outside the dough, so that nearest neighbours do not change at every nudge.
+    let goal: Vec<DVec3> = (0..8).map(|k| DVec3::new(0.2 * (k % 2) as f64 - 0.1, 0.03 * (k / 2) as f64, 0.1)).collect();
+    let cost = GoalCost::new(CostSpec::Chamfer(ChamferSpec {}).build().unwrap(), goal).unwrap();
+    for name in ["analytic", "learned", "hybrid"] {
+        let model = model(&spec, name);
+        for (tool_name, tool) in &spec.dataset.tool {
+            let tool = tool.clone().build().unwrap();
+            let scene = world.scene(tool.shape(), &tool.motion(&[0.0; 4], &piece, 15).start);
+            let problem = Problem::new(model.as_ref(), tool.as_ref(), scene, piece, &cost, 15).unwrap();
+            let space = problem.space();
+            let theta = space.at(&[0.45, 0.55, 0.15, 0.6][..space.dimension()]);
+            let (_, slope) = problem.gradient(&theta).expect("these models have adjoints");
+            let range = |i: usize| space.high[i] - space.low[i];
+            let steepest = (0..theta.len()).map(|i| (slope[i] * range(i)).abs()).fold(0.0, f64::max);
+            assert!(steepest > 1e-5, "{name}, {tool_name}: the action moves nothing");
+            for i in 0..theta.len() {
+                let difference = |fraction: f64| {
+                    let h = fraction * range(i);
+                    let moved = |h: f64| {
+                        let mut theta = theta.clone();
+                        theta[i] += h;
+                        theta
+                    };
+                    let costs = problem.costs(&[moved(h), moved(-h)]);
+                    (costs[0] - costs[1]) / (2.0 * h)
+                };
+                let errors = STEPS.map(|h| (difference(h) - slope[i]).abs() * range(i) / steepest);
+                let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+                assert!(least < 1e-3, "{name}, {tool_name}, θ{i}: errors {errors:?} of the steepest slope");
+            }
+        }
+    }
+}
+
+#[test]
+fn relabelling_particles_relabels_every_prediction_bit_for_bit() {
+    let spec = quickstart();
+    let world = World::new(&spec.dataset.scene, 4).unwrap();
+    let tool = spec.dataset.tool["press_square"].clone().build().unwrap();
+    let piece = Workpiece::around(&world.particles());
+    let motion = tool.motion(&tool.space(&piece).at(&[0.5, 0.4, 0.1, 0.7]), &piece, 6);
+    let scene = world.scene(tool.shape(), &motion.start);
+    let count = scene.particles.len();
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut rng = stream(8, &[2]);
+    (1..count).rev().for_each(|i| order.swap(i, rng.random_range(0..=i)));
+    let relabel = |x: &pliant::state::Particles| pliant::state::Particles {
+        positions: order.iter().map(|&i| x.positions[i]).collect(),
+        velocities: order.iter().map(|&i| x.velocities[i]).collect(),
+    };
+    let relabelled = pliant::state::Scene { particles: relabel(&scene.particles), ..scene.clone() };
+    for name in ["analytic", "learned", "hybrid"] {
+        let model = model(&spec, name);
+        let (direct, after) = (model.rollout(&scene, &motion.controls), model.rollout(&relabelled, &motion.controls));
+        assert!(direct.iter().zip(&after).all(|(x, y)| relabel(x) == *y), "{name}");
+        assert_ne!(direct[0], direct[6], "{name}: nothing moved");
+    }
+}
