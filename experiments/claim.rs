@@ -10,24 +10,24 @@ use std::fmt;
 use std::path::Path;
 
 /// One claim and everything needed to test it.
-pub struct Experiment {
+pub(crate) struct Experiment {
     /// Name on the command line and of its files.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What is claimed; the table says whether it holds.
-    pub claim: &'static str,
+    pub(crate) claim: &'static str,
     /// Wall time on two cores, after the build.
-    pub duration: &'static str,
+    pub(crate) duration: &'static str,
     /// The sweep's config.
-    pub sweep: &'static str,
+    pub(crate) sweep: &'static str,
     /// Overrides that make the fits of its models tiny.
-    pub smoke: &'static [&'static str],
+    pub(crate) smoke: &'static [&'static str],
     /// Turns rows into the table.
-    pub table: fn(&[Value]) -> anyhow::Result<Grid>,
+    pub(crate) table: fn(&[Value]) -> anyhow::Result<Grid>,
 }
 
 /// How much of an experiment to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
+pub(crate) enum Size {
     /// What the paper reports.
     Paper,
     /// The same path through the code in seconds; its numbers mean nothing.
@@ -38,13 +38,13 @@ pub enum Size {
 const SMOKE: &[&str] = &["dataset=smoke", "seeds=[0]", "goal=[pressed]", "budget.rollouts=4"];
 
 /// The rows that a sweep collected.
-pub fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
+pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()
 }
 
 impl Experiment {
     /// Runs the sweep, resuming one that was cut short, and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
-    pub fn run(&self, size: Size, overrides: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
+    pub(crate) fn run(&self, size: Size, overrides: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
         let mut spec = config::load::<SweepSpec>(Path::new(self.sweep), overrides)?.spec;
         if size == Size::Smoke {
             spec.set.extend(SMOKE.iter().chain(self.smoke).map(|change| (*change).to_owned()));
@@ -54,7 +54,11 @@ impl Experiment {
         }
         let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
         if let Some(failed) = outcome.failed.first() {
-            anyhow::bail!("{} trials failed, the first as {} says", outcome.failed.len(), failed.join("failure.json").display());
+            anyhow::bail!(
+                "{} trials failed, the first as {} says",
+                outcome.failed.len(),
+                failed.join("failure.json").display()
+            );
         }
         let rows = sweep::collect(&outcome.folder)?;
         let grid = (self.table)(&rows)?;
@@ -65,7 +69,7 @@ impl Experiment {
     }
 
     /// Fails when the committed table is not what the committed rows give.
-    pub fn check(&self, paper: &Path) -> anyhow::Result<()> {
+    pub(crate) fn check(&self, paper: &Path) -> anyhow::Result<()> {
         let read = |folder: &str, extension: &str| {
             let path = paper.join(folder).join(self.name).with_extension(extension);
             std::fs::read_to_string(&path)
@@ -73,7 +77,11 @@ impl Experiment {
         };
         let rows: Vec<Value> = read("data", "jsonl")?.lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
         let same = read("tables", "tex")? == (self.table)(&rows)?.to_latex();
-        anyhow::ensure!(same, "paper/tables/{0}.tex is not what paper/data/{0}.jsonl gives; run `experiments {0}`", self.name);
+        anyhow::ensure!(
+            same,
+            "paper/tables/{0}.tex is not what paper/data/{0}.jsonl gives; run `experiments {0}`",
+            self.name
+        );
         println!("{}: the table is what its rows give", self.name);
         Ok(())
     }

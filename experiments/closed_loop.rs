@@ -5,12 +5,17 @@ use crate::claim::{Experiment, trials};
 use pliant::table::{Grid, TrialRow, ablation};
 use serde_json::Value;
 
-pub const CLAIM: Experiment = Experiment {
+pub(crate) const CLAIM: Experiment = Experiment {
     name: "closed_loop",
     claim: "with two actions, observing between them achieves more than planning both at once",
     duration: "about 6 minutes",
     sweep: "configs/sweep/closed_loop.toml",
-    smoke: &["model.analytic.train.identify.evaluations=10", "model.learned.train.network.steps=4", "model.hybrid.train.identify.evaluations=10", "model.hybrid.train.residual.steps=4"],
+    smoke: &[
+        "model.analytic.train.identify.evaluations=10",
+        "model.learned.train.network.steps=4",
+        "model.hybrid.train.identify.evaluations=10",
+        "model.hybrid.train.residual.steps=4",
+    ],
     table,
 };
 
@@ -18,7 +23,11 @@ pub const CLAIM: Experiment = Experiment {
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let rows = trials(rows)?;
     let mut models: Vec<&str> = Vec::new();
-    rows.iter().for_each(|r| if !models.contains(&r.row.model.as_str()) { models.push(&r.row.model) });
+    rows.iter().for_each(|r| {
+        if !models.contains(&r.row.model.as_str()) {
+            models.push(&r.row.model)
+        }
+    });
     let blocks = models.iter().map(|model| {
         let mine: Vec<TrialRow> = rows.iter().filter(|r| r.row.model == *model).cloned().collect();
         ablation("Closed against open loop", &mine, name, ("baseline", model))

@@ -6,7 +6,7 @@ use crate::claim::{Experiment, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
-pub const CLAIM: Experiment = Experiment {
+pub(crate) const CLAIM: Experiment = Experiment {
     name: "edge_types",
     claim: "each kind of edge lowers the prediction error: particle–particle, tool→particle, floor→particle",
     duration: "about 8 minutes",

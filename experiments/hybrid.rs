@@ -6,12 +6,17 @@ use crate::claim::{Experiment, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
-pub const CLAIM: Experiment = Experiment {
+pub(crate) const CLAIM: Experiment = Experiment {
     name: "hybrid",
     claim: "the hybrid predicts better than both its parents when data are few",
     duration: "about 10 minutes",
     sweep: "configs/sweep/hybrid.toml",
-    smoke: &["model.analytic.train.identify.evaluations=10", "model.learned.train.network.steps=4", "model.hybrid.train.identify.evaluations=10", "model.hybrid.train.residual.steps=4"],
+    smoke: &[
+        "model.analytic.train.identify.evaluations=10",
+        "model.learned.train.network.steps=4",
+        "model.hybrid.train.identify.evaluations=10",
+        "model.hybrid.train.residual.steps=4",
+    ],
     table,
 };
 

@@ -1,2 +1,65 @@
-//! The verbs of Pliant.
-fn main() {}
+//! `experiments`: the claims of the paper, each with the command that tests it and the table it feeds.
+use anyhow::Context;
+use claim::Experiment;
+use clap::{Parser, Subcommand};
+use pliant::watch::Watch;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+mod claim;
+mod closed_loop;
+mod edge_types;
+mod hybrid;
+mod quickstart;
+
+/// Every claim. A new one is one file here and one line.
+const EXPERIMENTS: &[Experiment] = &[quickstart::CLAIM, edge_types::CLAIM, hybrid::CLAIM, closed_loop::CLAIM];
+
+/// The claims of the paper.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Print every claim, its command, its duration and its table.
+    List,
+    /// Check that every committed table is what its committed rows give.
+    Check,
+    /// Run one experiment by its name.
+    #[command(external_subcommand)]
+    Run(Vec<String>),
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(verb: Verb) -> anyhow::Result<()> {
+    match verb {
+        Verb::List => EXPERIMENTS.iter().for_each(|e| println!("{e}")),
+        Verb::Check => EXPERIMENTS.iter().try_for_each(|e| e.check(Path::new("paper")))?,
+        Verb::Run(words) => {
+            let (name, overrides) = words.split_first().context("which experiment? `experiments list` names them")?;
+            let names = || EXPERIMENTS.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
+            let found = EXPERIMENTS.iter().find(|e| e.name == name);
+            let experiment =
+                found.with_context(|| format!("no experiment is called {name:?}; there are {}", names()))?;
+            let (flags, overrides): (Vec<_>, Vec<_>) = overrides.iter().cloned().partition(|w| w == "--smoke");
+            let size = if flags.is_empty() { claim::Size::Paper } else { claim::Size::Smoke };
+            let out = if flags.is_empty() { PathBuf::from("paper") } else { PathBuf::from("runs/smoke") };
+            let grid = experiment.run(size, &overrides, &out, &Watch::visible())?;
+            println!("{}", grid.to_text());
+        }
+    }
+    Ok(())
+}

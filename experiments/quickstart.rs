@@ -6,12 +6,17 @@ use crate::claim::Experiment;
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;
 
-pub const CLAIM: Experiment = Experiment {
+pub(crate) const CLAIM: Experiment = Experiment {
     name: "quickstart",
     claim: "every model that plans beats `still`; none beats the simulator by more than noise",
     duration: "about 6 minutes",
     sweep: "configs/sweep/quickstart.toml",
-    smoke: &["model.analytic.train.identify.evaluations=10", "model.learned.train.network.steps=4", "model.hybrid.train.identify.evaluations=10", "model.hybrid.train.residual.steps=4"],
+    smoke: &[
+        "model.analytic.train.identify.evaluations=10",
+        "model.learned.train.network.steps=4",
+        "model.hybrid.train.identify.evaluations=10",
+        "model.hybrid.train.residual.steps=4",
+    ],
     table,
 };
 

@@ -31,12 +31,12 @@ fn weights_survive_the_disk_and_bad_files_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("w.safetensors");
     let law = shaken();
-    law.save(&path).unwrap();
+    law.save_weights(&path).unwrap();
     let from = |width: usize, path: &std::path::Path| LearnedSpec { weights: Some(path.into()), ..spec(width) }.build();
     let loaded = from(16, &path).unwrap();
     assert_eq!(loaded.weights(), law.weights());
     let bytes = std::fs::read(&path).unwrap();
-    loaded.save(&path).unwrap();
+    loaded.save_weights(&path).unwrap();
     assert_eq!(bytes, std::fs::read(&path).unwrap(), "the same weights are the same bytes");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no half file is left");
 
