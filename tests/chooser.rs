@@ -138,4 +138,7 @@ impl WorldModel for Recorder<'_> {
         Vec::new()
     }
     fn set_weights(&mut self, _: &[f32]) {}
+    fn save_weights(&self, path: &std::path::Path) -> anyhow::Result<()> {
+        self.model.save_weights(path)
+    }
 }

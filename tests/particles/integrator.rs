@@ -125,7 +125,9 @@ fn rollouts_are_finite_under_random_motions_and_the_same_one_by_one() {
     let problems: Vec<_> = (0..6).map(|seed| random_motion(seed, 6)).collect();
     let start = &problems[0].0;
     let candidates: Vec<_> = problems.iter().map(|(_, controls)| controls.clone()).collect();
-    let together = model.rollouts(start, &candidates);
+    let motions: Vec<_> =
+        candidates.iter().map(|c| Motion { start: start.poses.clone(), controls: c.clone() }).collect();
+    let together = model.rollouts(start, &motions);
     for (controls, rollout) in candidates.iter().zip(&together) {
         assert!(rollout.iter().all(Particles::is_finite));
         assert_eq!(&model.rollout(start, controls), rollout);

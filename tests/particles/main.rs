@@ -4,6 +4,7 @@ use pliant::model::law::{Law, LawSpec};
 use pliant::model::particles::{ParticleModel, ParticlesSpec};
 use pliant::model::{ModelSpec, WorldModel};
 use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, ToolShape};
+use pliant::tool::Motion;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
