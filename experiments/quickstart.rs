@@ -12,9 +12,9 @@ pub(crate) const CLAIM: Experiment = Experiment {
     duration: "about 6 minutes",
     sweep: "configs/sweep/quickstart.toml",
     smoke: &[
-        "model.analytic.train.identify.evaluations=10",
+        "model.analytic.train.identify.evaluations=12",
         "model.learned.train.network.steps=4",
-        "model.hybrid.train.identify.evaluations=10",
+        "model.hybrid.train.identify.evaluations=12",
         "model.hybrid.train.residual.steps=4",
     ],
     table,

@@ -41,9 +41,9 @@ fn a_tiny_comparison_leaves_everything_and_its_repetition_is_quick_and_equal() {
         "goal=[pressed]",
         "seeds=[7]",
         "budget.rollouts=6",
-        "model.analytic.train.identify.evaluations=8",
+        "model.analytic.train.identify.evaluations=12",
         "model.learned.train.network.steps=3",
-        "model.hybrid.train.identify.evaluations=8",
+        "model.hybrid.train.identify.evaluations=12",
         "model.hybrid.train.residual.steps=3",
         "out=results",
     ];

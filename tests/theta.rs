@@ -41,7 +41,8 @@ fn gradients_by_theta_agree_with_central_differences() {
         let model = model(&spec, name);
         for (tool_name, tool) in &spec.dataset.tool {
             let tool = tool.clone().build().unwrap();
-            let scene = world.scene(tool.shape(), &tool.motion(&[0.0; 4], &piece, 15).start);
+            let middle = tool.space(&piece).at(&[0.5; 4][..tool.space(&piece).dimension()]);
+            let scene = world.scene(tool.shape(), &tool.motion(&middle, &piece, 15).start);
             let problem = Problem::new(model.as_ref(), tool.as_ref(), scene, piece, &cost, 15).unwrap();
             let space = problem.space();
             let theta = space.at(&[0.45, 0.55, 0.15, 0.6][..space.dimension()]);
