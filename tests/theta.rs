@@ -45,7 +45,8 @@ fn gradients_by_theta_agree_with_central_differences() {
             let scene = world.scene(tool.shape(), &tool.motion(&middle, &piece, 15).start);
             let problem = Problem::new(model.as_ref(), tool.as_ref(), scene, piece, &cost, 15).unwrap();
             let space = problem.space();
-            let theta = space.at(&[0.45, 0.55, 0.15, 0.6][..space.dimension()]);
+            // Squeezed to a sixth, dough under forty stiff substeps is chaotic, and no difference converges to any slope.
+            let theta = space.at(&[0.45, 0.55, 0.5, 0.6][..space.dimension()]);
             let (_, slope) = problem.gradient(&theta).expect("these models have adjoints");
             let range = |i: usize| space.high[i] - space.low[i];
             let steepest = (0..theta.len()).map(|i| (slope[i] * range(i)).abs()).fold(0.0, f64::max);
