@@ -83,7 +83,7 @@ fn error(spec: ModelSpec, split: &Split) -> f64 {
 
 fn training(steps: u64) -> Value {
     json!({"kind": "train", "steps": steps, "batch": 4, "horizon": 2, "rate": 5e-3, "warm_up": 10, "last_rate": 0.05,
-        "turn": 3.14, "noise": 0.0, "clip": 1.0, "moving": 0.9, "motion": 1e-4, "validation": 0.2, "validation_windows": 4,
+        "turn": 3.0, "noise": 0.0, "clip": 1.0, "moving": 0.9, "motion": 1e-4, "validation": 0.2, "validation_windows": 4,
         "validation_horizon": 3, "validate_every": 20, "log_every": 20, "keep": "best",
         "weights": "laws.learned.weights", "seed": 0})
 }
