@@ -1,7 +1,7 @@
 //! The learned law: exact derivatives through particles, tool poses, twists and weights, and the symmetries it promises.
 use glam::{DQuat, DVec3};
 use pliant::graph::{Graph, GraphSpec};
-use pliant::model::law::{Law, Learned, LearnedSpec, Rate, View, ViewGrad};
+use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, Rate, View, ViewGrad};
 use pliant::model::net::Sharing;
 use pliant::state::{Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, SurfacePoint, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
@@ -87,14 +87,15 @@ fn spec(width: usize) -> LearnedSpec {
         edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
         radius: RADIUS,
         scale: SCALE,
+        frame: FrameSpec::default(),
         seed: 1,
         weights: None,
     }
 }
 
 /// A law that was shaken out of its zero start.
-fn shaken() -> Learned {
-    let mut law = spec(16).build().unwrap();
+fn shaken(frame: FrameSpec) -> Learned {
+    let mut law = LearnedSpec { frame, ..spec(16) }.build().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     let weights: Vec<f32> = law.weights().iter().map(|w| w + rng.random_range(-0.15..0.15)).collect();
     law.set_weights(&weights);
@@ -112,8 +113,12 @@ fn along(h: f64, cost: impl Fn(f64) -> f64) -> f64 {
 }
 
 #[test]
-fn derivatives_agree_with_central_differences() {
-    let (law, here) = (shaken(), Moment::random(40));
+fn derivatives_agree_with_central_differences_in_every_frame() {
+    [FrameSpec::World, FrameSpec::Tool].map(derivatives_agree_with_central_differences);
+}
+
+fn derivatives_agree_with_central_differences(frame: FrameSpec) {
+    let (law, here) = (shaken(frame), Moment::random(40));
     let at = cotangent(40);
     let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };
     let graph = here.graph();
@@ -199,7 +204,7 @@ fn derivatives_agree_with_central_differences() {
 
 #[test]
 fn shifting_along_the_table_and_relabelling_change_nothing_else() {
-    let (law, here) = (shaken(), Moment::random(50));
+    let (law, here) = (shaken(FrameSpec::World), Moment::random(50));
     let base = here.acceleration(&law);
     let size = base.iter().fold(0.0f64, |m, a| m.max(a.length()));
     let mut shifted = here.clone();
@@ -222,7 +227,7 @@ fn shifting_along_the_table_and_relabelling_change_nothing_else() {
 
 #[test]
 fn an_edge_appears_without_a_jump_or_a_kink() {
-    let (law, mut here) = (shaken(), Moment::random(2));
+    let (law, mut here) = (shaken(FrameSpec::World), Moment::random(2));
     here.tool.parts.clear();
     let at = |x: f64| {
         let mut m = here.clone();
@@ -239,7 +244,7 @@ fn an_edge_appears_without_a_jump_or_a_kink() {
 
 #[test]
 fn threads_share_a_law_and_an_untrained_one_is_zero() {
-    let (law, here) = (shaken(), Moment::random(60));
+    let (law, here) = (shaken(FrameSpec::World), Moment::random(60));
     let alone = here.acceleration(&law);
     std::thread::scope(|scope| {
         let others: Vec<_> = (0..4).map(|_| scope.spawn(|| here.acceleration(&law))).collect();
@@ -248,4 +253,23 @@ fn threads_share_a_law_and_an_untrained_one_is_zero() {
     assert_eq!((law.rate(), law.reach()), (Rate::Step, RADIUS));
     assert!(here.acceleration(&spec(16).build().unwrap()).iter().all(|a| *a == DVec3::ZERO));
     assert!(Moment::random(0).acceleration(&law).is_empty());
+}
+
+#[test]
+fn in_the_frame_of_the_tool_a_turn_of_the_scene_turns_the_accelerations() {
+    let here = Moment::random(40);
+    let mut there = here.clone();
+    let turn = DQuat::from_rotation_z(1.1);
+    let Moment { particles, poses, twists, .. } = &mut there;
+    particles.positions.iter_mut().chain(&mut particles.velocities).for_each(|v| *v = turn * *v);
+    poses.iter_mut().for_each(|p| *p = Pose { translation: turn * p.translation, rotation: turn * p.rotation });
+    twists.iter_mut().for_each(|t| *t = Twist { linear: turn * t.linear, angular: turn * t.angular });
+    let error = |frame| {
+        let law = shaken(frame);
+        let (before, after) = (here.acceleration(&law), there.acceleration(&law));
+        let size = before.iter().map(|a| a.length()).fold(0.0, f64::max);
+        before.iter().zip(&after).map(|(a, b)| (turn * *a).distance(*b)).fold(0.0, f64::max) / size
+    };
+    assert!(error(FrameSpec::Tool) < 1e-5, "{}", error(FrameSpec::Tool));
+    assert!(error(FrameSpec::World) > 1e-2, "the world's frame has a preferred direction");
 }

@@ -1,5 +1,5 @@
 //! Weights on disk and the learned law's config: what is written comes back, and what cannot be used is a sentence.
-use pliant::model::law::{Law, Learned, LearnedSpec};
+use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec};
 use pliant::model::net::Sharing;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,6 +12,7 @@ fn spec(width: usize) -> LearnedSpec {
         edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
         radius: 0.02,
         scale: 0.004,
+        frame: FrameSpec::default(),
         seed: 1,
         weights: None,
     }

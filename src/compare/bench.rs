@@ -59,7 +59,9 @@ pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>,
     let artifacts = Artifacts::below(&spec.artifacts);
     let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
     let dataset = simulate(&spec.dataset, &folder, watch)?;
-    let data = Split::of(&dataset, HELD_OUT);
+    let mut data = Split::of(&dataset, HELD_OUT);
+    data.train.truncate(spec.learn_from.unwrap_or(usize::MAX));
+    let mark = fingerprint(&(mark, spec.learn_from));
     let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &mark, &artifacts, watch));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
     let predictions = contenders.iter().filter_map(Prediction::of).collect();

@@ -28,6 +28,10 @@ pub struct CompareSpec {
     pub data: DataSpec,
     /// Scene, tools and episodes that models are fitted to; planning uses the same scene and tools.
     pub dataset: DatasetSpec,
+    /// Fit to the first so many of the training episodes only; the held-out ones stay the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 3))]
+    pub learn_from: Option<usize>,
     /// Where attempts start; by default a start of the scene drawn by the seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartSpec>,

@@ -1,7 +1,9 @@
 //! A network as a law: what moves a particle beyond what anyone wrote down.
+use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
 use crate::graph::EDGE_KINDS;
 use crate::model::net::{Architecture, Features, Network, Sharing};
+use crate::state::{ParticlesGrad, PoseGrad, Twist};
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -29,6 +31,9 @@ pub struct LearnedSpec {
     /// Displacement in a control step that counts as one, for velocities and for the output \[m\].
     #[schemars(range(min = 1e-9))]
     pub scale: f64,
+    /// The axes in which the network sees the scene.
+    #[serde(default)]
+    pub frame: FrameSpec,
     /// Seed of the untrained weights.
     pub seed: u64,
     /// File of trained weights (safetensors).
@@ -56,12 +61,12 @@ impl LearnedSpec {
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
         }
-        let Self { width, rounds, sharing, edges, radius, scale, seed, weights } = self;
+        let Self { width, rounds, sharing, edges, radius, scale, frame, seed, weights } = self;
         let mut network = Network::new(Architecture { width, rounds, sharing, edges }, seed);
         if let Some(path) = &weights {
             network.load(path)?;
         }
-        Ok(Learned { network, features: Features { kinds, radius, scale } })
+        Ok(Learned { network, features: Features { kinds, radius, scale }, frame })
     }
 }
 
@@ -72,6 +77,7 @@ impl LearnedSpec {
 pub struct Learned {
     network: Network,
     features: Features,
+    frame: FrameSpec,
 }
 
 impl Learned {
@@ -91,20 +97,31 @@ impl Law for Learned {
     }
 
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
-        let unit = self.unit(view);
-        let rows = self.network.forward(self.features.input(view));
+        let (unit, frame) = (self.unit(view), Frame::of(self.frame, view));
+        let seen = frame.see(view);
+        let rows = self.network.forward(self.features.input(&within(view, &seen)));
         for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
-            *a += unit * glam::Vec3::from_slice(row).as_dvec3();
+            *a += frame.leave(unit * vector(row));
         }
     }
 
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
-        let input = self.features.input(view);
+        let (unit, frame) = (self.unit(view), Frame::of(self.frame, view));
+        let seen = frame.see(view);
+        let inside = within(view, &seen);
+        let input = self.features.input(&inside);
         let links: Vec<_> = input.edges.iter().map(|e| Arc::clone(&e.links)).collect();
-        let unit = self.unit(view);
-        let at_output: Vec<f32> = out.iter().flat_map(|g| (unit * *g).as_vec3().to_array()).collect();
-        let at_input = self.network.pull(input, &at_output, grad.weights);
-        self.features.pull(view, &links, &at_input, grad);
+        let at_output: Vec<f32> = out.iter().flat_map(|g| frame.enter(unit * *g).as_vec3().to_array()).collect();
+        let (output, at_input) = self.network.pull(input, &at_output, grad.weights);
+        let mut inner = ViewGrad {
+            particles: ParticlesGrad::zero(view.particles.len()),
+            poses: vec![PoseGrad::default(); view.poses.len()],
+            twists: vec![Twist::default(); view.twists.len()],
+            weights: &mut [],
+        };
+        self.features.pull(&inside, &links, &at_input, &mut inner);
+        let output: Vec<DVec3> = output.chunks_exact(3).map(|row| frame.leave(unit * vector(row))).collect();
+        frame.pull(view, &output, out, &inner, grad);
     }
 
     fn weights(&self) -> Vec<f32> {
@@ -118,4 +135,14 @@ impl Law for Learned {
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
         self.network.save(path)
     }
+}
+
+/// The same view with particles and tool as `seen` in a frame; which nodes an edge joins does not depend on axes.
+fn within<'a>(view: &View<'a>, seen: &'a Seen) -> View<'a> {
+    let Seen { particles, poses, twists } = seen;
+    View { particles, poses, twists, graph: view.graph, tool: view.tool, interval: view.interval }
+}
+
+fn vector(row: &[f32]) -> DVec3 {
+    glam::Vec3::from_slice(row).as_dvec3()
 }

@@ -8,12 +8,14 @@ pub mod cohesion;
 pub mod compliant;
 pub mod contact;
 pub mod floor;
+mod frame;
 pub mod gravity;
 mod learned;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
 
+pub use frame::FrameSpec;
 pub use learned::{Learned, LearnedSpec};
 
 /// What a law may look at.

@@ -130,7 +130,7 @@ fn agrees_with_the_naive_network_in_value_and_every_derivative() {
         let at_output: Plain = device.tensor_from_vec(at.clone(), (input.particles, 3));
         let grads = (output * at_output).sum::<Rank0, _>().backward();
         let mut weights = vec![0.0; network.weights().len()];
-        let back = network.pull(input.clone(), &at, &mut weights);
+        let (_, back) = network.pull(input.clone(), &at, &mut weights);
         let mut rest = &weights[..];
         for (name, shape, _) in network.named() {
             let (own, after) = rest.split_at(shape.0 * shape.1);
@@ -149,7 +149,7 @@ fn agrees_with_the_naive_network_in_value_and_every_derivative() {
                 assert!(gap(&own.window, &grads.get(window).as_vec()) < 1e-4);
             }
         }
-        let alone = network.pull(input, &at, &mut []);
+        let (_, alone) = network.pull(input, &at, &mut []);
         assert_eq!((alone.nodes, alone.edges[0].features.len()), (back.nodes, back.edges[0].features.len()));
     }
 }
@@ -159,7 +159,7 @@ fn derivatives_agree_with_central_differences() {
     let (network, input) = (network(Sharing::Shared, 16), input([60, 20, 8], 12, 20));
     let at = cotangent(3 * input.particles);
     let mut weights = vec![0.0; network.weights().len()];
-    let back = network.pull(input.clone(), &at, &mut weights);
+    let (_, back) = network.pull(input.clone(), &at, &mut weights);
     let cost = |network: &Network, input: Input| -> f64 {
         network.forward(input).iter().zip(&at).map(|(y, g)| f64::from(*y) * f64::from(*g)).sum()
     };
@@ -191,7 +191,7 @@ fn nothing_to_move_and_nobody_to_hear() {
     let network = network(Sharing::Shared, 16);
     let empty = Input { particles: 0, nodes: vec![0.0; NODE_FEATURES], edges: vec![Edges::default(); 3] };
     assert!(network.forward(empty.clone()).is_empty());
-    assert_eq!(network.pull(empty, &[], &mut vec![0.0; network.weights().len()]).nodes, vec![0.0; NODE_FEATURES]);
+    assert_eq!(network.pull(empty, &[], &mut vec![0.0; network.weights().len()]).1.nodes, vec![0.0; NODE_FEATURES]);
     let alone = input([0, 0, 0], 3, 5);
     assert!(network.forward(alone).iter().all(|x| x.is_finite()));
 }

@@ -69,18 +69,20 @@ impl Network {
         entries(&self.run(&mut record, particles, &leaves)).to_vec()
     }
 
-    /// `∂J/∂input` from `∂J/∂output`, (N, 3); adds `∂J/∂weights` to `weights` unless that slice is empty.
-    pub fn pull(&self, input: Input, at_output: &[f32], weights: &mut [f32]) -> InputGrad {
+    /// The output and `∂J/∂input` from `∂J/∂output`, (N, 3) both; adds `∂J/∂weights` to `weights` unless that slice is empty.
+    pub fn pull(&self, input: Input, at_output: &[f32], weights: &mut [f32]) -> (Vec<f32>, InputGrad) {
         if input.particles == 0 {
-            return InputGrad::zero(&input);
+            return (Vec::new(), InputGrad::zero(&input));
         }
         let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
         let (particles, leaves) = leaves(&record, input);
         let output = self.run(&mut record, particles, &leaves);
         let cotangent = record.matrix(at_output.to_vec(), 3);
+        let rows = entries(&output).to_vec();
         let mut grads = (output.put_tape(record.tape) * cotangent).sum::<Rank0, _>().backward();
-        self.collect(&mut grads, &leaves, weights).expect("gradients of tensors that were just used fit in memory")
+        let grad = self.collect(&mut grads, &leaves, weights);
+        (rows, grad.expect("gradients of tensors that were just used fit in memory"))
     }
 
     fn collect(
