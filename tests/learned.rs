@@ -185,7 +185,7 @@ fn derivatives_agree_with_central_differences(frame: FrameSpec) {
                 cost(&law, &m)
             }));
         }
-        close(name, &exact, &found, 0.02);
+        close(name, &exact, &found, 0.01);
     }
 
     let before = law.weights();
