@@ -98,6 +98,10 @@ fn main() -> ExitCode {
     match run(Cli::parse().verb, &watch) {
         Ok(()) if watch.stopped() => ExitCode::from(130),
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if watch.stopped() => {
+            eprintln!("{error:#}");
+            ExitCode::from(130)
+        }
         Err(error) => {
             match error.downcast::<ConfigError>() {
                 Ok(config) => eprint!("{}", config.graphical()),

@@ -89,6 +89,10 @@ fn bad_input_is_a_sentence_and_exit_code_two() {
     let inside = complaint(&pliant(here, &["simulate", "configs/dataset/smoke.toml", "--to", "notes.txt"]));
     assert!(inside.contains("notes.txt"), "{inside}");
     assert_eq!(std::fs::read_to_string(here.join("notes.txt")).unwrap(), "mine");
+    let outside = ["compare", QUICKSTART, "model=[still]", "dataset=smoke", "goal=[pressed]"];
+    let outside =
+        complaint(&pliant(here, &[&outside[..], &["goal.pressed.action=[[0,1],[0,1],[0,2],[0,1]]"]].concat()));
+    assert!(outside.contains("action") && outside.contains("pressed"), "{outside}");
     let cloud = ["compare", QUICKSTART, "model=[still]", "dataset=smoke", "planner=[cem]", "goal=[pressed]"];
     let start = "+start={file = \"no.ply\", perception = \"cloud\"}";
     let missing = complaint(&pliant(here, &[&cloud[..], &[start]].concat()));

@@ -2,6 +2,7 @@
 mod ablation;
 mod forecast;
 mod grid;
+mod identification;
 mod interval;
 mod output;
 mod picture;
@@ -12,6 +13,7 @@ mod summary;
 pub use ablation::{TrialRow, ablation};
 pub use forecast::forecast;
 pub use grid::Grid;
+pub use identification::identification;
 pub use interval::Interval;
 pub use output::write;
 pub use picture::{Picture, picture};

@@ -1,25 +1,29 @@
 //! The files a comparison leaves for people: tables and the report.
-use super::{Curve, Grid, Picture, Report, curves, forecast, report, summary};
+use super::{Curve, Grid, Picture, Report, curves, forecast, identification, report, summary};
 use crate::compare::{Attempt, Comparison};
 use crate::config::write_whole;
 use anyhow::Context;
 use serde_json::Value;
 use std::path::Path;
 
-/// Writes `table.md`, `table.tex`, `predictions.tex` and `report.html` beside the rows, and returns the tables.
+/// Writes `table.md`, `table.tex`, `predictions.tex` and `report.html` beside the rows, and returns the two main tables.
 ///
 /// # Errors
 /// A file that cannot be written, or a `metrics.jsonl` that cannot be read.
 pub fn write(comparison: &Comparison, config: &str) -> anyhow::Result<Vec<Grid>> {
     let tables = vec![forecast(&comparison.predictions), summary(&comparison.rows())];
+    let mut all = tables.clone();
+    for (model, _, folder) in &comparison.stages {
+        all.extend(identification(model, folder)?);
+    }
     let folder = &comparison.folder;
-    let markdown: Vec<String> = tables.iter().map(Grid::to_markdown).collect();
+    let markdown: Vec<String> = all.iter().map(Grid::to_markdown).collect();
     write_whole(&folder.join("table.md"), markdown.join("\n").as_bytes())?;
     write_whole(&folder.join("predictions.tex"), tables[0].to_latex().as_bytes())?;
     write_whole(&folder.join("table.tex"), tables[1].to_latex().as_bytes())?;
     let page = Report {
         title: "Pliant: which model should a robot plan with?".into(),
-        tables: tables.clone(),
+        tables: all,
         galleries: galleries(&comparison.attempts),
         plots: learning_curves(comparison)?,
         config: config.to_owned(),
