@@ -25,5 +25,5 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
 }
 
 fn name(change: &str) -> String {
-    change.strip_prefix("+learn_from=").map_or("all episodes".to_owned(), |n| format!("{n} episodes"))
+    change.split_once('=').map_or("all episodes".to_owned(), |(_, n)| format!("{n} episodes"))
 }
