@@ -37,6 +37,14 @@ pub(crate) enum Size {
 /// What makes any comparison tiny; experiments add what makes their fits tiny.
 const SMOKE: &[&str] = &["dataset=smoke", "seeds=[0]", "goal=[pressed]", "budget.rollouts=4"];
 
+/// What makes the fits of the analytical, the learned and the hybrid model tiny.
+pub(crate) const SMALL_FITS: &[&str] = &[
+    "model.analytic.train.identify.evaluations=12",
+    "model.learned.train.network.steps=4",
+    "model.hybrid.train.identify.evaluations=12",
+    "model.hybrid.train.residual.steps=4",
+];
+
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()
@@ -49,17 +57,8 @@ impl Experiment {
         if size == Size::Smoke {
             spec.set.extend(SMOKE.iter().chain(self.smoke).map(|change| (*change).to_owned()));
         }
-        if spec.command.is_empty() {
-            spec.command = vec![pliant()?, "compare".to_owned()];
-        }
         let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
-        if let Some(failed) = outcome.failed.first() {
-            anyhow::bail!(
-                "{} trials failed, the first as {} says",
-                outcome.failed.len(),
-                failed.join("failure.json").display()
-            );
-        }
+        outcome.complete()?;
         let rows = sweep::collect(&outcome.folder)?;
         let grid = (self.table)(&rows)?;
         let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
@@ -85,14 +84,6 @@ impl Experiment {
         println!("{}: the table is what its rows give", self.name);
         Ok(())
     }
-}
-
-/// The `pliant` program beside this one.
-fn pliant() -> anyhow::Result<String> {
-    let own = std::env::current_exe().context("cannot tell where this program is")?;
-    let sibling = own.with_file_name(format!("pliant{}", std::env::consts::EXE_SUFFIX));
-    anyhow::ensure!(sibling.exists(), "{} is not built; run `cargo build --release`", sibling.display());
-    Ok(sibling.display().to_string())
 }
 
 impl fmt::Display for Experiment {

@@ -16,7 +16,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
 };
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation("Edge types", &trials(rows)?, name, ("baseline", "learned")))
+    Ok(ablation("Edge types", &trials(rows)?, name, |_, model| ("baseline", model)))
 }
 
 /// `model.learned.dynamics.laws.0.edges=["tool", "floor"]` → `tool, floor`.

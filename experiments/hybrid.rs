@@ -2,7 +2,7 @@
 //! network alone.
 //!
 //! Command: `cargo run --release --bin experiments -- hybrid`, about ten minutes. Table: `paper/tables/hybrid.tex`.
-use crate::claim::{Experiment, trials};
+use crate::claim::{Experiment, SMALL_FITS, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -11,17 +11,12 @@ pub(crate) const CLAIM: Experiment = Experiment {
     claim: "the hybrid predicts better than both its parents when data are few",
     duration: "about 10 minutes",
     sweep: "configs/sweep/hybrid.toml",
-    smoke: &[
-        "model.analytic.train.identify.evaluations=12",
-        "model.learned.train.network.steps=4",
-        "model.hybrid.train.identify.evaluations=12",
-        "model.hybrid.train.residual.steps=4",
-    ],
+    smoke: SMALL_FITS,
     table,
 };
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation("Hybrid against its parents", &trials(rows)?, name, ("baseline", "hybrid")))
+    Ok(ablation("Hybrid against its parents", &trials(rows)?, name, |change, _| (change, "hybrid")))
 }
 
 fn name(change: &str) -> String {

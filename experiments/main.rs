@@ -2,6 +2,7 @@
 use anyhow::Context;
 use claim::Experiment;
 use clap::{Parser, Subcommand};
+use pliant::config::{conclude, to_stdout};
 use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -35,18 +36,12 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse().verb) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::from(2)
-        }
-    }
+    conclude(run(Cli::parse().verb, &Watch::listening()))
 }
 
-fn run(verb: Verb) -> anyhow::Result<()> {
+fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
     match verb {
-        Verb::List => EXPERIMENTS.iter().for_each(|e| println!("{e}")),
+        Verb::List => EXPERIMENTS.iter().try_for_each(|e| to_stdout(&format!("{e}\n")))?,
         Verb::Check => EXPERIMENTS.iter().try_for_each(|e| e.check(Path::new("paper")))?,
         Verb::Run(words) => {
             let (name, overrides) = words.split_first().context("which experiment? `experiments list` names them")?;
@@ -57,8 +52,8 @@ fn run(verb: Verb) -> anyhow::Result<()> {
             let (flags, overrides): (Vec<_>, Vec<_>) = overrides.iter().cloned().partition(|w| w == "--smoke");
             let size = if flags.is_empty() { claim::Size::Paper } else { claim::Size::Smoke };
             let out = if flags.is_empty() { PathBuf::from("paper") } else { PathBuf::from("runs/smoke") };
-            let grid = experiment.run(size, &overrides, &out, &Watch::visible())?;
-            println!("{}", grid.to_text());
+            let grid = experiment.run(size, &overrides, &out, watch)?;
+            to_stdout(&grid.to_text())?;
         }
     }
     Ok(())

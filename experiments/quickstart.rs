@@ -2,7 +2,7 @@
 //! beats the simulator itself by more than noise.
 //!
 //! Command: `cargo run --release --bin experiments -- quickstart`, about six minutes. Table: `paper/tables/quickstart.tex`.
-use crate::claim::Experiment;
+use crate::claim::{Experiment, SMALL_FITS};
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;
 
@@ -11,12 +11,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
     claim: "every model that plans beats `still`; none beats the simulator by more than noise",
     duration: "about 6 minutes",
     sweep: "configs/sweep/quickstart.toml",
-    smoke: &[
-        "model.analytic.train.identify.evaluations=12",
-        "model.learned.train.network.steps=4",
-        "model.hybrid.train.identify.evaluations=12",
-        "model.hybrid.train.residual.steps=4",
-    ],
+    smoke: SMALL_FITS,
     table,
 };
 

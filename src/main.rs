@@ -1,14 +1,13 @@
 //! `pliant`: simulate, fit, compare, sweep.
-use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pliant::compare::{CompareSpec, Comparison};
-use pliant::config::{self, ConfigError, Loaded, Spec};
+use pliant::compare::{CompareSpec, Comparison, RUNS};
+use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::DatasetSpec;
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
 use pliant::watch::Watch;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 /// Structured world models of deformable things: written, learned and hybrid models under one planner.
 #[derive(Parser)]
@@ -77,7 +76,7 @@ impl Config {
     fn load<T: Spec>(&self) -> anyhow::Result<Option<Loaded<T>>> {
         let loaded = config::load(&self.path, &self.overrides)?;
         if self.cfg {
-            print!("{}", loaded.resolved.annotated());
+            to_stdout(&loaded.resolved.annotated())?;
             return Ok(None);
         }
         Ok(Some(loaded))
@@ -85,87 +84,65 @@ impl Config {
 }
 
 fn main() -> ExitCode {
-    let watch = Watch::visible();
-    let stop = watch.clone();
-    // Without a handler Ctrl-C merely ends the run, which resumes from its last checkpoint all the same.
-    let _ = ctrlc::set_handler(move || {
-        if stop.stopped() {
-            std::process::exit(130);
-        }
-        eprintln!("stopping after saving; press Ctrl-C again to stop at once");
-        stop.stop();
-    });
-    match run(Cli::parse().verb, &watch) {
-        Ok(()) if watch.stopped() => ExitCode::from(130),
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) if watch.stopped() => {
-            eprintln!("{error:#}");
-            ExitCode::from(130)
-        }
-        Err(error) => {
-            match error.downcast::<ConfigError>() {
-                Ok(config) => eprint!("{}", config.graphical()),
-                Err(error) => eprintln!("error: {error:#}"),
-            }
-            ExitCode::from(2)
-        }
-    }
+    let watch = Watch::listening();
+    conclude(run(Cli::parse().verb, &watch))
 }
 
 fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
     match verb {
         Verb::Simulate { config, to } => {
             let Some(loaded) = config.load::<DatasetSpec>()? else { return Ok(()) };
-            let folder = to.unwrap_or_else(|| pliant::compare::dataset_folder(&PathBuf::from("runs"), &loaded.spec));
+            let folder = to.unwrap_or_else(|| pliant::compare::dataset_folder(RUNS.as_ref(), &loaded.spec));
             let dataset = pliant::data::simulate(&loaded.spec, &folder, watch)?;
             config::write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
-            println!("{} episodes in {}", dataset.episodes.len(), folder.display());
+            to_stdout(&format!("{} episodes in {}\n", dataset.episodes.len(), folder.display()))?;
         }
         Verb::Fit { config } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
             let (_, predictions) = pliant::compare::fit(&loaded.spec, watch)?;
-            print!("{}", pliant::table::forecast(&predictions).to_text());
+            to_stdout(&pliant::table::forecast(&predictions).to_text())?;
         }
         Verb::Compare { config, json } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
             let comparison = pliant::compare::compare(&loaded, &commit(), watch)?;
             let tables = pliant::table::write(&comparison, &loaded.resolved.to_toml())?;
-            print(&comparison, &tables, json);
+            show(&comparison, &tables, json)?;
         }
         Verb::Sweep { config } => {
             let Some(loaded) = config.load::<SweepSpec>()? else { return Ok(()) };
             let outcome = pliant::sweep::run::<CompareSpec>(&loaded.spec, watch)?;
-            println!("{} trials done in {}", outcome.done, outcome.folder.display());
-            let failed: Vec<_> = outcome.failed.iter().map(|f| f.join("failure.json").display().to_string()).collect();
-            anyhow::ensure!(failed.is_empty(), "{} trials failed, see {}", failed.len(), failed.join(", "));
+            to_stdout(&format!("{outcome}\n"))?;
+            outcome.complete()?;
         }
-        Verb::Schema { of } => println!(
-            "{}",
-            match of {
+        Verb::Schema { of } => {
+            let schema = match of {
                 Root::Compare => config::schema::<CompareSpec>(),
                 Root::Dataset => config::schema::<DatasetSpec>(),
                 Root::Sweep => config::schema::<SweepSpec>(),
-            }
-        ),
+            };
+            to_stdout(&(schema + "\n"))?;
+        }
     }
     Ok(())
 }
 
-fn print(comparison: &Comparison, tables: &[Grid], json: bool) {
+fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {
     if json {
-        print!("{}", pliant::compare::to_jsonl(&comparison.rows()));
-        return;
+        return to_stdout(&pliant::compare::to_jsonl(&comparison.rows()));
     }
-    tables.iter().for_each(|table| println!("{}", table.to_text()));
-    println!("rows, tables and report.html are in {}", comparison.folder.display());
+    tables.iter().try_for_each(|table| to_stdout(&(table.to_text() + "\n")))?;
+    to_stdout(&format!("rows, tables and report.html are in {}\n", comparison.folder.display()))
 }
 
-/// The commit of the checkout that runs, empty outside one.
+/// The commit of the sources this program was built from, `-dirty` when they have changed since; empty outside a checkout.
+///
+/// What lies in `paper/` is made by this program and does not count as a change.
 fn commit() -> String {
     let git = |words: &[&str]| {
-        let output = std::process::Command::new("git").args(words).output().context("git")?;
-        anyhow::ensure!(output.status.success(), "not a checkout");
-        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+        let output = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(words).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    git(&["describe", "--always", "--dirty", "--exclude=*"]).unwrap_or_default()
+    let Some(head) = git(&["rev-parse", "--short", "HEAD"]) else { return String::new() };
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ".", ":!paper"]);
+    if changed.is_some_and(|changed| changed.is_empty()) { head } else { head + "-dirty" }
 }

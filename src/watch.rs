@@ -1,5 +1,6 @@
 //! How a long stage shows its progress and hears that it should stop.
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,9 +31,32 @@ impl Watch {
             .with_prefix(name.to_owned())
     }
 
+    /// Draws bars, and stops at Ctrl-C: the first asks every stage to save and return, a second one ends the program at once.
+    pub fn listening() -> Self {
+        let watch = Self::visible();
+        let stop = watch.clone();
+        // Without a handler Ctrl-C merely ends the run, which resumes from its last checkpoint all the same.
+        let _ = ctrlc::set_handler(move || {
+            if stop.stopped() {
+                std::process::exit(130);
+            }
+            eprintln!("stopping after saving; press Ctrl-C again to stop at once");
+            stop.stop();
+        });
+        watch
+    }
+
     /// Asks every stage to save what it has and return.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Fails with [`Stopped`] and a sentence of what was saved when somebody asked to stop.
+    ///
+    /// # Errors
+    /// [`Stopped`].
+    pub fn go_on(&self, saved: impl FnOnce() -> String) -> Result<(), Stopped> {
+        if self.stopped() { Err(Stopped(saved())) } else { Ok(()) }
     }
 
     /// Whether somebody asked to stop.
@@ -40,3 +64,15 @@ impl Watch {
         self.stop.load(Ordering::Relaxed)
     }
 }
+
+/// A stage ended early because somebody asked it to; what it had is saved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Stopped(String);
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Stopped {}

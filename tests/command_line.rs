@@ -38,7 +38,7 @@ fn a_tiny_comparison_leaves_everything_and_its_repetition_is_quick_and_equal() {
         "compare",
         QUICKSTART,
         "dataset=smoke",
-        "goal=[pressed]",
+        "goal=[disc]",
         "seeds=[7]",
         "budget.rollouts=6",
         "model.analytic.train.identify.evaluations=12",

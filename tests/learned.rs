@@ -114,7 +114,7 @@ fn along(h: f64, cost: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn derivatives_agree_with_central_differences_in_every_frame() {
-    [FrameSpec::World, FrameSpec::Tool].map(derivatives_agree_with_central_differences);
+    [FrameSpec::World, FrameSpec::Tool].into_iter().for_each(derivatives_agree_with_central_differences);
 }
 
 fn derivatives_agree_with_central_differences(frame: FrameSpec) {

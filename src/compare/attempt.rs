@@ -2,7 +2,7 @@
 use super::{Bench, Contender, ControlSpec, Goal, Row};
 use crate::chooser::Task;
 use crate::metric::{GoalCost, METRICS, Metric};
-use crate::model::Cost;
+use crate::model::{Cost, WorldModel};
 use crate::perception::Observation;
 use crate::planner::Planner;
 use crate::problem::Spent;
@@ -63,6 +63,11 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
             Scene { particles: seen.clone(), snapshot: truth.snapshot.clone().filter(|_| known), ..truth }
         };
         let piece = Workpiece::around(&seen);
+        if !known && !model_accepts(bench, model, &scene) {
+            // A model that cannot go on from what it imagined has no plan for the whole.
+            predicted = None;
+            break;
+        }
         let choice = bench.chooser.choose(&Task {
             model,
             tools: &bench.tools,
@@ -119,4 +124,9 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
         actions,
     };
     Ok(Attempt { row, start: start.positions, goal: goal.points.clone(), achieved: end.positions })
+}
+
+/// Whether `model` can plan from this scene with every tool.
+fn model_accepts(bench: &Bench<'_>, model: &dyn WorldModel, scene: &dyn Fn(&Arc<ToolShape>, &[Pose]) -> Scene) -> bool {
+    bench.tools.values().all(|tool| model.accepts(&scene(tool.shape(), &[])).is_ok())
 }

@@ -3,7 +3,7 @@ use super::attempt::{Attempt, Entry, attempt};
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
 use crate::chooser::Chooser;
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
-use crate::data::simulate;
+use crate::data::{HELD_OUT, simulate};
 use crate::perception::Perception;
 use crate::planner::Planner;
 use crate::problem::Clock;
@@ -47,14 +47,12 @@ pub(super) struct Bench<'a> {
     pub(super) fingerprint: String,
 }
 
-/// Fraction of the dataset's episodes that no fit sees.
-const HELD_OUT: f64 = 0.2;
-
 /// Simulates what is missing, fits every contender that is not fitted yet, and says how well each predicts.
 ///
 /// # Errors
 /// An impossible spec, a damaged artifact, a failing fit, or a stop that was asked for; what was made stays and is reused.
 pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>, Vec<Prediction>)> {
+    spec.check()?;
     let spec = &spec.rooted();
     let artifacts = Artifacts::below(&spec.artifacts);
     let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
@@ -132,7 +130,7 @@ impl<'a> Bench<'a> {
                 let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
                 for (planner_name, planner) in &planners {
                     for contender in contenders {
-                        anyhow::ensure!(!watch.stopped(), "stopped; the same command goes on where it stopped");
+                        watch.go_on(|| "stopped; the same command goes on where it stopped".to_owned())?;
                         bar.set_message(format!("{goal_name} {planner_name} {}", contender.name));
                         let entry = Entry {
                             contender,
@@ -151,14 +149,17 @@ impl<'a> Bench<'a> {
         Ok(attempts)
     }
 
-    /// The attempt as an earlier run left it, or made now.
+    /// The attempt as an earlier run of the same config left it, or made now.
     fn recall(&self, entry: &Entry<'_>, folder: &Path) -> anyhow::Result<Attempt> {
-        let name = format!("{}-{}-{}-{}.json", entry.goal.0, entry.seed, entry.planner.0, entry.contender.name);
-        let path = folder.join(name);
+        let folder = folder.join(entry.goal.0).join(entry.seed.to_string()).join(entry.planner.0);
+        let path = folder.join(format!("{}.json", entry.contender.name));
         if path.exists() {
             let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            let read = serde_json::from_str(&text);
-            return read.with_context(|| format!("{} is damaged; delete it to attempt again", path.display()));
+            let read: Attempt = serde_json::from_str(&text)
+                .with_context(|| format!("{} is damaged; delete it to attempt again", path.display()))?;
+            if read.row.fingerprint == self.fingerprint {
+                return Ok(read);
+            }
         }
         let attempt = attempt(self, entry).with_context(|| {
             format!("planning with {} and {} to {}", entry.contender.name, entry.planner.0, entry.goal.0)

@@ -1,6 +1,6 @@
 //! A model of the comparison: its dynamics, and the stages that fit it to data, each an artifact of its own.
 use super::Artifacts;
-use crate::config::{Fingerprint, write_whole};
+use crate::config::{Fingerprint, hold, write_whole};
 use crate::model::{ModelSpec, WorldModel};
 use crate::train::{Evaluation, FitSpec, Split, evaluate};
 use crate::watch::Watch;
@@ -50,10 +50,13 @@ impl ContenderSpec {
         let mut stages = IndexMap::new();
         for (k, (stage, fit)) in self.train.iter().enumerate() {
             let history: Vec<&FitSpec> = self.train.values().take(k + 1).collect();
-            let (folder, _) = artifacts.folder("fit", &(dataset.to_string(), &self.dynamics, history));
+            let recipe = Recipe { dataset: dataset.to_string(), dynamics: &self.dynamics, stages: history };
+            let (folder, _) = artifacts.folder("fit", &recipe);
+            let _held = hold(&folder)?;
             dynamics = match read_fitted(&folder)? {
                 Some(fitted) => fitted,
                 None => {
+                    write_whole(&folder.join("recipe.json"), &serde_json::to_vec_pretty(&recipe)?)?;
                     let fitted = fit.clone().build()?.fit(&dynamics, data, &folder, watch);
                     let fitted = fitted.with_context(|| format!("fitting {name}, stage {stage}"))?;
                     let text = serde_json::to_string_pretty(&fitted).expect("specs are plain data");
@@ -64,9 +67,31 @@ impl ContenderSpec {
             stages.insert(stage.clone(), folder);
         }
         let model = dynamics.build().with_context(|| format!("building the model {name}"))?;
-        let held_out = evaluate(model.as_ref(), &data.held_out, &data.tools).ok();
+        let held_out = match starts_from_recordings(model.as_ref(), data) {
+            true => Some(
+                evaluate(model.as_ref(), &data.held_out, &data.tools).with_context(|| format!("evaluating {name}"))?,
+            ),
+            false => None,
+        };
         Ok(Contender { name: name.to_owned(), model, held_out, stages })
     }
+}
+
+/// All that a fit depends on: its folder is named by the fingerprint of this, which stands in it as `recipe.json`.
+#[derive(Serialize)]
+struct Recipe<'a> {
+    /// Fingerprint of the episodes.
+    dataset: String,
+    /// The model before the first stage.
+    dynamics: &'a ModelSpec,
+    /// The stages up to this one.
+    stages: Vec<&'a FitSpec>,
+}
+
+/// Whether the model can start from a recorded frame, which the simulator, needing its whole state, cannot.
+fn starts_from_recordings(model: &dyn WorldModel, data: &Split) -> bool {
+    let first = data.held_out.first();
+    first.is_some_and(|episode| model.accepts(&episode.scene(0, &data.tools[&episode.tool])).is_ok())
 }
 
 const FITTED: &str = "fitted.json";

@@ -2,9 +2,9 @@
 use crate::data::DatasetSpec;
 use crate::metric::{METRICS, Matching, sampling_floor};
 use crate::perception::{Observation, Perception, PerceptionSpec};
-use crate::shape::{FillSpec, Filled, Shape, ShapeSpec, read_points};
+use crate::shape::{Shape, ShapeSpec, read_points};
 use crate::state::stream;
-use crate::tool::{Tool, ToolSpec, Workpiece};
+use crate::tool::Workpiece;
 use crate::world::World;
 use anyhow::Context;
 use glam::DVec3;
@@ -21,7 +21,8 @@ pub struct Goal {
     pub points: Vec<DVec3>,
     /// Whether row i is where particle i should go.
     pub matching: Matching,
-    /// Every metric between two samplings of the shape, by name; null where it needs correspondence.
+    /// Every metric between two samplings of the shape, by name; empty for a matched goal, which is no sampling: zero can be
+    /// reached.
     pub floors: IndexMap<String, Option<f64>>,
 }
 
@@ -51,12 +52,13 @@ family! {
     GoalSpec builds Box<dyn GoalMaker> { Simulated(SimulatedSpec), Shape(ShapeGoalSpec), Cloud(CloudSpec) }
 }
 
-/// What the world itself makes of this start with one hidden action: reachable, and matched particle by particle.
+/// What the world itself makes of this start with one hidden action of a tool that planners may use too: it can be reached,
+/// and is matched particle by particle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SimulatedSpec {
-    /// The tool of the hidden action.
-    pub tool: ToolSpec,
+    /// Name of the hidden action's tool, one of the dataset's.
+    pub tool: String,
     /// The action as fractions \[0, 1\] of the tool's box at this start, each drawn between the two numbers.
     pub action: Vec<[f64; 2]>,
 }
@@ -79,10 +81,7 @@ pub struct CloudSpec {
     pub perception: PerceptionSpec,
 }
 
-struct Simulated {
-    tool: Box<dyn Tool>,
-    action: Vec<[f64; 2]>,
-}
+struct Simulated(SimulatedSpec);
 
 impl SimulatedSpec {
     fn build(self) -> anyhow::Result<Simulated> {
@@ -91,28 +90,34 @@ impl SimulatedSpec {
             self.action.iter().all(inside),
             "goal.action must hold pairs [low, high] with 0 ≤ low ≤ high ≤ 1"
         );
-        Ok(Simulated { tool: self.tool.build()?, action: self.action })
+        Ok(Simulated(self))
     }
 }
 
 impl GoalMaker for Simulated {
     fn make(&self, source: &Source<'_>) -> anyhow::Result<Goal> {
+        let Self(SimulatedSpec { tool: name, action }) = self;
+        let known = &source.dataset.tool;
+        let tool = known.get(name).with_context(|| {
+            let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            format!("goal.tool is \"{name}\", which planners do not have; choose from {names}")
+        })?;
+        let tool = tool.clone().build()?;
         let mut world = source.start.clone();
         let piece = Workpiece::around(&world.particles());
-        let space = self.tool.space(&piece);
+        let space = tool.space(&piece);
         anyhow::ensure!(
-            self.action.len() == space.dimension(),
-            "goal.action has {} pairs, but its tool takes {}: {}",
-            self.action.len(),
+            action.len() == space.dimension(),
+            "goal.action has {} pairs, but {name} takes {}: {}",
+            action.len(),
             space.dimension(),
             space.names.join(", ")
         );
         let mut rng = stream(source.seed, &[HIDDEN]);
-        let unit: Vec<f64> = self.action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
-        let motion = self.tool.motion(&space.at(&unit), &piece, source.dataset.steps);
-        let end = world.execute(self.tool.shape(), &motion).pop().context("an action has at least one step")?;
-        let floors = floors(&Filled::under(&world.all_positions(), &FILL)?, end.len(), source.seed);
-        Ok(Goal { points: end.positions, matching: Matching::Matched, floors })
+        let unit: Vec<f64> = action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
+        let motion = tool.motion(&space.at(&unit), &piece, source.dataset.steps);
+        let end = world.execute(tool.shape(), &motion).pop().context("an action has at least one step")?;
+        Ok(Goal { points: end.positions, matching: Matching::Matched, floors: IndexMap::new() })
     }
 }
 
@@ -159,12 +164,46 @@ impl GoalMaker for Cloud {
 const HIDDEN: u64 = u64::from_le_bytes(*b"hidden  ");
 const SAMPLES: u64 = u64::from_le_bytes(*b"samples ");
 
-/// How the volume of simulated dough is read off its particles.
-const FILL: FillSpec = FillSpec { cell: 0.005, closing: 0.01, opening: 0.0 };
-
 /// Every metric between two samplings of `shape` by `count` points.
 fn floors(shape: &dyn Shape, count: usize, seed: u64) -> IndexMap<String, Option<f64>> {
     let sampling = |k| shape.points(count, &mut stream(seed, &[SAMPLES, k]));
     let (first, second) = (sampling(1), sampling(2));
     METRICS.iter().map(|m| (m.name().to_owned(), sampling_floor(*m, &first, &second))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::CompareSpec;
+    use crate::config;
+
+    fn goal(change: &str) -> (CompareSpec, World, anyhow::Result<Goal>) {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/compare/quickstart.toml");
+        let spec = config::load::<CompareSpec>(path.as_ref(), &[change.to_owned()]).unwrap().spec;
+        let start = World::new(&spec.dataset.scene, 3).unwrap();
+        let source = Source { start: &start, dataset: &spec.dataset, root: "".as_ref(), seed: 3 };
+        let goal = spec.goal["gripped"].clone().build().unwrap().make(&source);
+        (spec, start, goal)
+    }
+
+    #[test]
+    fn a_simulated_goal_is_exactly_what_one_action_of_a_planners_own_box_makes() {
+        let (spec, mut world, goal) = goal("goal.gripped.action=[[0.4, 0.4], [0.7, 0.7], [0.2, 0.2]]");
+        let tool = spec.dataset.tool["gripper_rod"].clone().build().unwrap();
+        let piece = Workpiece::around(&world.particles());
+        let space = tool.space(&piece);
+        let theta = space.at(&[0.4, 0.7, 0.2]);
+        space.check(&theta).unwrap();
+        let before = world.particles().positions;
+        let end = world.execute(tool.shape(), &tool.motion(&theta, &piece, spec.dataset.steps)).pop().unwrap();
+        let goal = goal.unwrap();
+        assert_eq!(end.positions, goal.points);
+        assert_ne!(before, goal.points);
+    }
+
+    #[test]
+    fn a_tool_that_planners_do_not_have_makes_no_goal() {
+        let sentence = goal("goal.gripped.tool=knife").2.unwrap_err().to_string();
+        assert!(sentence.contains("\"knife\"") && sentence.contains("gripper_rod, press_square"), "{sentence}");
+    }
 }

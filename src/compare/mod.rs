@@ -15,6 +15,6 @@ pub use contender::{Contender, ContenderSpec};
 pub use goal::{Goal, GoalMaker, GoalSpec, Source};
 pub use prediction::Prediction;
 pub use row::{Row, read_rows, to_jsonl};
-pub use spec::{CompareSpec, ControlSpec, DataSpec, StartSpec};
+pub use spec::{CompareSpec, ControlSpec, DataSpec, RUNS, StartSpec};
 
 use bench::Bench;

@@ -34,7 +34,7 @@ pub struct Row {
     pub rollout: Option<f64>,
     /// Every metric of the achieved shape against the goal, by name; null where it is not defined.
     pub metrics: IndexMap<String, Option<f64>>,
-    /// Every metric between two samplings of the goal: what no model can beat.
+    /// Every metric between two samplings of the goal, what a perfect model would score; empty where the goal is matched.
     pub floors: IndexMap<String, Option<f64>>,
     /// Model rollouts spent planning.
     pub rollouts: usize,

@@ -78,6 +78,9 @@ pub struct StartSpec {
     pub perception: PerceptionSpec,
 }
 
+/// Default root of artifacts, below the current folder.
+pub const RUNS: &str = "runs";
+
 /// Whether the world is observed between actions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -90,10 +93,27 @@ pub enum ControlSpec {
 }
 
 fn runs() -> PathBuf {
-    PathBuf::from("runs")
+    PathBuf::from(RUNS)
 }
 
 impl CompareSpec {
+    /// Refuses a comparison of nothing.
+    ///
+    /// # Errors
+    /// A sentence naming the empty list.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
+        let lists = [
+            ("model", self.model.len()),
+            ("planner", self.planner.len()),
+            ("goal", self.goal.len()),
+            ("seeds", self.seeds.len()),
+            ("actions", self.actions),
+        ];
+        let empty = lists.iter().find(|(_, count)| *count == 0);
+        anyhow::ensure!(empty.is_none(), "`{}` is empty: nothing would be compared", empty.map_or("", |(key, _)| key));
+        Ok(())
+    }
+
     /// The same comparison with every mesh of its tools taken from `data.root`.
     pub(super) fn rooted(&self) -> Self {
         let mut spec = self.clone();

@@ -13,9 +13,11 @@
 //! `~model.still`. Whatever names a part is applied before parts are read and everything else after, so their order
 //! matters only where two change the same key.
 mod compose;
+mod conclude;
 mod error;
 mod fingerprint;
 mod group;
+mod hold;
 mod merge;
 mod overrides;
 mod parse;
@@ -41,8 +43,10 @@ use std::path::Path;
 
 pub(crate) use overrides::{assignment, meaning};
 
+pub use conclude::{conclude, to_stdout};
 pub use error::ConfigError;
 pub use fingerprint::{Fingerprint, fingerprint};
+pub use hold::hold;
 pub use resolved::Resolved;
 pub use whole_file::write_whole;
 

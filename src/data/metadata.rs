@@ -1,15 +1,12 @@
 //! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
 use super::dataset::{DatasetSpec, episode_path};
-use super::split::held_out;
+use super::split::{HELD_OUT, held_out};
 use super::{Episode, Statistics};
 use crate::config::write_whole;
 use anyhow::Context;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-
-/// The fraction held out that the trajectory counts assume.
-const HELD_OUT: f64 = 0.2;
 
 /// `metadata.json`; the keys down to `default_connectivity_radius` and the statistics mean what they mean in LagrangeBench (Toshev et al. 2023).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

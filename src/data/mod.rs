@@ -12,6 +12,7 @@ pub use dataset::{Dataset, DatasetSpec};
 pub use episode::Episode;
 pub use metadata::Metadata;
 pub use simulate::{record, simulate};
+pub use split::HELD_OUT;
 pub use statistics::Statistics;
 
 /// A small episode of `steps` control steps that is not physical at all, for tests.

@@ -1,7 +1,7 @@
 //! Makes a dataset: random actions of each tool from random starts.
 use super::dataset::{DatasetSpec, SPEC, episode_path, read_episodes, tools};
 use super::{Dataset, Episode, Metadata};
-use crate::config::write_whole;
+use crate::config::{hold, write_whole};
 use crate::state::{Particles, stream};
 use crate::tool::{Motion, Tool, Workpiece};
 use crate::watch::Watch;
@@ -24,6 +24,7 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     spec.check()?;
     let shapes = tools(spec)?;
     claim(spec, folder)?;
+    let _held = hold(folder)?;
     let missing: Vec<usize> =
         (0..spec.episodes).into_par_iter().filter(|k| Episode::read(&episode_path(folder, *k), "").is_err()).collect();
     let bar = watch.stage("simulate", spec.episodes as u64);
@@ -37,11 +38,9 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     };
     missing.into_par_iter().try_for_each(make)?;
     bar.finish_and_clear();
-    ensure!(
-        !watch.stopped(),
-        "stopped with the episodes in {} unfinished; the same command goes on where it stopped",
-        folder.display()
-    );
+    watch.go_on(|| {
+        format!("stopped with the episodes in {} unfinished; the same command goes on there", folder.display())
+    })?;
     let episodes = read_episodes(folder, spec)?;
     let metadata = Metadata::describe(spec, &episodes)?;
     metadata.write(folder)?;
@@ -113,8 +112,11 @@ fn claim(spec: &DatasetSpec, folder: &Path) -> anyhow::Result<()> {
 /// Removes what a killed run left half written.
 fn sweep(folder: &Path) -> anyhow::Result<()> {
     for entry in std::fs::read_dir(folder).with_context(|| format!("cannot list {}", folder.display()))? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|x| x == "tmp") {
+        let entry = entry?;
+        let path = entry.path();
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(".episode_") && name.ends_with(".tmp") {
             std::fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
         }
     }

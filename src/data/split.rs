@@ -2,6 +2,9 @@
 use super::{Dataset, Episode};
 use indexmap::IndexMap;
 
+/// Fraction of a dataset's episodes that no fit sees.
+pub const HELD_OUT: f64 = 0.2;
+
 impl Dataset {
     /// `(to learn from, held out)`: of each tool's n episodes, every (1/`fraction`)-th is held out, ⌈`fraction` · n⌉ in all
     /// but at most n − 1. The same episodes every time.

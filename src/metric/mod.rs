@@ -39,7 +39,8 @@ pub enum Matching {
 /// Every metric, in the order of the tables' columns.
 pub static METRICS: &[&dyn Metric] = &[&Chamfer, &Emd, &MatchedRmse];
 
-/// What `metric` says of two samplings of the same shape: no model can be told from a perfect one below this number.
+/// What `metric` says of two samplings of the same shape: about what a perfect model would score against a goal that is a
+/// sampling itself.
 ///
 /// `None` where the metric needs correspondence, which two samplings do not have.
 pub fn sampling_floor(metric: &dyn Metric, first: &[DVec3], second: &[DVec3]) -> Option<f64> {

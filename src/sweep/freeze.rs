@@ -2,7 +2,7 @@
 use super::trial::{FrozenTrial, Record};
 use super::{SweepSpec, plan};
 use crate::config::{Spec, fingerprint, load, meaning, write_whole};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -57,7 +57,9 @@ pub fn freeze<T: Spec>(spec: &SweepSpec) -> Result<Frozen> {
     }
     let command = match &spec.command[..] {
         [] => {
-            let program = std::env::current_exe().context("cannot find this program's own file; set `command`")?;
+            let own = std::env::current_exe().context("cannot find this program's own file; set `command`")?;
+            let program = own.with_file_name(format!("pliant{}", std::env::consts::EXE_SUFFIX));
+            ensure!(program.exists(), "{} is not built; run `cargo build --release`", program.display());
             vec![program.display().to_string(), "compare".to_owned()]
         }
         words => words.to_vec(),

@@ -22,6 +22,37 @@ pub struct Outcome {
     pub left: usize,
 }
 
+impl Outcome {
+    /// Fails unless every trial is done.
+    ///
+    /// # Errors
+    /// A sentence saying how many trials failed, run elsewhere or never started, and what to do.
+    pub fn complete(&self) -> Result<()> {
+        if let Some(first) = self.failed.first() {
+            let (count, file) = (self.failed.len(), first.join("failure.json"));
+            anyhow::bail!(
+                "{count} trials failed, the first as {} says; the same command tries them again",
+                file.display()
+            );
+        }
+        let missing = self.elsewhere + self.left;
+        anyhow::ensure!(missing == 0, "{missing} trials are not done yet; the same command goes on with them");
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { folder, done, failed, elsewhere, left } = self;
+        write!(
+            f,
+            "{done} trials done, {} failed, {elsewhere} running elsewhere, {left} left, in {}",
+            failed.len(),
+            folder.display()
+        )
+    }
+}
+
 /// Runs every trial that is not done in a process of its own, `jobs` at once, until all ran or `watch` says stop.
 ///
 /// # Errors
@@ -66,6 +97,9 @@ impl<'a> Line<'a> {
                 false if self.watch.stopped() || self.broken.load(Ordering::Relaxed) => continue,
                 false => trial.run(&self.frozen.command).inspect_err(|_| self.broken.store(true, Ordering::Relaxed))?,
             };
+            if ending == Ending::Stopped {
+                continue;
+            }
             if ending == Ending::Failed {
                 self.bar.println(format!("failed: {}", trial.failure().display()));
             }

@@ -27,7 +27,8 @@ pub use trial::FrozenTrial;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepSpec {
-    /// The words of the command, which also gets `<trial>/config.toml out=<trial>`; empty stands for this program's `compare`.
+    /// The words of the command, which also gets `<trial>/config.toml out=<trial>`; empty stands for
+    /// `pliant compare`, the program beside this one.
     #[serde(default)]
     pub command: Vec<String>,
     /// The config file that every trial starts from, relative to the current folder.

@@ -9,6 +9,8 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// Exit code of a child that was asked to stop.
+const STOPPED: i32 = 130;
 /// So many last lines of the log are kept in `failure.json`.
 const LAST_LINES: usize = 20;
 /// And they are sought in so many last bytes of it.
@@ -36,6 +38,8 @@ pub(super) enum Ending {
     Done,
     /// It failed, as `failure.json` says.
     Failed,
+    /// It saved what it had and stopped because it was asked to.
+    Stopped,
     /// Another process is running it.
     Elsewhere,
 }
@@ -94,6 +98,7 @@ impl FrozenTrial {
                 let _ = fs::remove_file(self.failure());
                 return Ok(Ending::Done);
             }
+            Ok(status) if status.code() == Some(STOPPED) => return Ok(Ending::Stopped),
             Ok(status) if status.success() => {
                 (status.code(), format!("it ended without writing `{}`", self.result.display()))
             }

@@ -1,4 +1,5 @@
 //! The table of a sweep: one line per change and model.
+use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
 use indexmap::IndexMap;
@@ -23,40 +24,55 @@ impl TrialRow {
     }
 }
 
-/// One line per (change, model): held-out prediction error, achieved cost, and the paired difference to a `reference` line.
+/// One line per (change, model): held-out prediction error, achieved cost, and the paired difference to a reference line.
 ///
-/// `name` turns a change into what the table calls it; `reference` names the (change, model) that the others are compared
-/// with, attempt by attempt (same planner, goal and seed).
-pub fn ablation(title: &str, rows: &[TrialRow], name: impl Fn(&str) -> String, reference: (&str, &str)) -> Grid {
+/// `name` turns a change into what the table calls it; `reference` gives the (change, model) that a line is compared with,
+/// attempt by attempt (same planner, goal and seed).
+pub fn ablation<'a>(
+    title: &str,
+    rows: &'a [TrialRow],
+    name: impl Fn(&str) -> String,
+    reference: impl Fn(&'a str, &'a str) -> (&'a str, &'a str),
+) -> Grid {
     let mut groups: IndexMap<(&str, &str), Vec<&Row>> = IndexMap::new();
     for TrialRow { change, row } in rows {
         groups.entry((change, &row.model)).or_default().push(row);
     }
     let header = ["variant", "model", "one step [mm]", "rollout [mm]", "achieved [mm]", "Δ reference [mm]", "attempts"];
-    let base: &[&Row] = groups.get(&reference).map_or(&[], |g| g);
-    let line = |(&(change, model), mine): (&(&str, &str), &Vec<&Row>)| {
-        let millimetres = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.2}", 1e3 * x));
-        let achieved: Vec<f64> = mine.iter().filter_map(|r| r.achieved).collect();
+    let difference = |(change, model), mine: &[&Row]| {
+        let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
         let pairs = mine.iter().filter_map(|r| {
             let same = |b: &&&Row| b.planner == r.planner && b.goal == r.goal && b.seed == r.seed;
-            Some(r.achieved? - base.iter().find(same)?.achieved?)
+            Some((r.seed, r.achieved? - base.iter().find(same)?.achieved?))
         });
-        let pairs: Vec<f64> = pairs.collect();
-        let delta = if (change, model) == reference { "reference".to_owned() } else { Interval::millimetres(&pairs) };
+        Interval::over_seeds(pairs)
+    };
+    let own = |(change, model): (&'a str, &'a str)| (change, model) == reference(change, model);
+    let line = |(&(change, model), mine): (&(&'a str, &'a str), &Vec<&Row>)| {
+        let millimetres = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.2}", 1e3 * x));
+        let achieved = Interval::over_seeds(mine.iter().filter_map(|r| Some((r.seed, r.achieved?))));
+        let delta = match own((change, model)) {
+            true => "reference".to_owned(),
+            false => Interval::millimetres(difference((change, model), mine)),
+        };
         vec![
             name(change),
             model.to_owned(),
             millimetres(mine[0].one_step),
             millimetres(mine[0].rollout),
-            Interval::millimetres(&achieved),
+            Interval::millimetres(achieved),
             delta,
             mine.len().to_string(),
         ]
     };
+    let others = groups.iter().filter(|(key, _)| !own(**key));
+    let others = others.map(|(key, mine)| (format!("{} / {}", name(key.0), key.1), difference(*key, mine)));
     let notes = vec![
-        "one step, rollout: root mean square error on held-out episodes".to_owned(),
-        "Δ reference: achieved cost minus the reference's, paired by goal, planner and seed; negative is better"
+        "one step, rollout: root mean square error on held-out episodes, one fit each".to_owned(),
+        "achieved: mean ± 95 % interval over seeds, each the mean over goals and planners; Δ reference: minus the reference \
+         of the same block, paired by goal, planner and seed; negative is better"
             .to_owned(),
+        format!("achieved cost against the reference: {}", verdict(others)),
     ];
     Grid {
         title: title.to_owned(),

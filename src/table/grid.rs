@@ -41,14 +41,16 @@ impl Grid {
         text
     }
 
-    /// A `tabular` with booktabs rules, to be `\input` by a paper.
+    /// A `tabular` with booktabs rules and the notes below it, to be `\input` by a paper.
     pub fn to_latex(&self) -> String {
         let line = |row: &[String]| row.iter().map(|c| escape(c)).collect::<Vec<_>>().join(" & ") + " \\\\\n";
         let columns = "l".repeat(self.header.len());
         let mut text =
             format!("% {}\n\\begin{{tabular}}{{{columns}}}\n\\toprule\n{}\\midrule\n", self.title, line(&self.header));
         self.rows.iter().for_each(|row| text += &line(row));
-        text + "\\bottomrule\n\\end{tabular}\n"
+        text += "\\bottomrule\n\\end{tabular}\n";
+        let notes = self.notes.iter().map(|note| format!("\n\\smallskip\\par {}\n", escape(note)));
+        text + &notes.collect::<String>()
     }
 
     /// An HTML table.

@@ -18,7 +18,7 @@ pub fn identification(model: &str, folder: &Path) -> anyhow::Result<Option<Grid>
         serde_json::from_str(&text).with_context(|| format!("{} is damaged", path.display()))?;
     let line = |(name, c): (&String, &crate::train::Constant)| {
         let numbers = [c.before, c.after, c.low, c.high].map(|x| format!("{x:.4}"));
-        [&[name.clone()], &numbers[..]].concat()
+        std::iter::once(name.clone()).chain(numbers).collect()
     };
     let mut notes = vec![sentence("fitted windows", &found.train)];
     notes.extend(found.held_out.as_ref().map(|errors| sentence("held-out windows", errors)));

@@ -1,5 +1,6 @@
 //! Mean and 95 % confidence interval of a small sample.
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::collections::BTreeMap;
 
 /// `mean ± half` of n numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,9 +31,17 @@ impl Interval {
         Some(Self { mean, half, count: values.len() })
     }
 
-    /// The interval of lengths \[m\] as millimetres for a table: `mean ± half`, the mean alone for one number, a dash for none.
-    pub fn millimetres(values: &[f64]) -> String {
-        match Self::of(values) {
+    /// The interval over seeds of (seed, value) pairs: values of one seed share its start, so they are averaged first.
+    pub fn over_seeds(values: impl IntoIterator<Item = (u64, f64)>) -> Option<Self> {
+        let mut seeds: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+        values.into_iter().for_each(|(seed, value)| seeds.entry(seed).or_default().push(value));
+        let means: Vec<f64> = seeds.values().map(|all| all.iter().sum::<f64>() / all.len() as f64).collect();
+        Self::of(&means)
+    }
+
+    /// An interval of lengths \[m\] as millimetres for a table: `mean ± half`, the mean alone for one number, a dash for none.
+    pub fn millimetres(interval: Option<Self>) -> String {
+        match interval {
             Some(i) if i.half.is_finite() => format!("{:.2} ± {:.2}", 1e3 * i.mean, 1e3 * i.half).replace('-', "−"),
             Some(i) => format!("{:.2}", 1e3 * i.mean).replace('-', "−"),
             None => "–".to_owned(),
@@ -59,6 +68,14 @@ mod tests {
             })
             .count() as f64;
         assert!((covered / trials as f64 - 0.95).abs() < 0.012, "covered {covered} of {trials}");
+    }
+
+    #[test]
+    fn repeating_every_value_of_a_seed_makes_no_interval_narrower() {
+        let values = [(0, 1.0), (1, 2.0), (2, 4.0)];
+        let once = Interval::over_seeds(values);
+        assert_eq!(once, Interval::of(&[1.0, 2.0, 4.0]));
+        assert_eq!(once, Interval::over_seeds(values.iter().chain(&values).copied()));
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod picture;
 mod plot;
 mod report;
 mod summary;
+mod verdict;
 
 pub use ablation::{TrialRow, ablation};
 pub use forecast::forecast;

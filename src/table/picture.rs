@@ -22,10 +22,10 @@ fn project(p: DVec3) -> (DVec2, f64) {
     (DVec2::new(right, up), p.z * tilt.sin() - away * tilt.cos())
 }
 
-/// An SVG in which `half_width` metres reach from the middle to the edge, so that pictures drawn alike can be compared.
+/// An SVG around `middle` in which `half_width` metres reach to the edge, so that pictures drawn alike can be compared.
 ///
-/// Far particles are drawn first, high ones lighter; the cross is a 1 cm grid of the table.
-pub fn picture(picture: &Picture, half_width: f64) -> String {
+/// Far particles are drawn first, high ones lighter; the lines are 2 cm apart on the table.
+pub fn picture(picture: &Picture, middle: DVec3, half_width: f64) -> String {
     let scale = SIZE / (2.0 * half_width);
     let screen = |p: DVec3| {
         let (flat, depth) = project(p);
@@ -45,7 +45,7 @@ pub fn picture(picture: &Picture, half_width: f64) -> String {
         .points
         .iter()
         .filter(|p| p.is_finite())
-        .map(|p| (screen(*p), p.z))
+        .map(|p| (screen(*p - middle), p.z))
         .map(|((x, y, d), z)| (x, y, d, z))
         .collect();
     points.sort_by(|a, b| a.2.total_cmp(&b.2));
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn every_finite_particle_is_drawn_once() {
         let points = vec![DVec3::ZERO, DVec3::new(0.01, 0.0, 0.02), DVec3::NAN];
-        let svg = picture(&Picture { title: String::new(), points }, 0.06);
+        let svg = picture(&Picture { title: String::new(), points }, DVec3::ZERO, 0.06);
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(!svg.contains("NaN"));
     }

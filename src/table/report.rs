@@ -1,6 +1,7 @@
 //! `report.html`: one self-contained page with the table, the shapes and the learning curves.
 use super::grid::html_text;
 use super::{Grid, Picture, picture};
+use glam::DVec3;
 
 /// What the page shows.
 #[derive(Clone, Debug, Default)]
@@ -45,19 +46,25 @@ pub fn report(report: &Report) -> String {
 }
 
 fn gallery(caption: &str, pictures: &[Picture]) -> String {
-    let reach = pictures.iter().flat_map(|p| &p.points).map(|p| p.x.abs().max(p.y.abs())).filter(|r| r.is_finite());
-    let half_width = 1.25 * reach.fold(0.03, f64::max);
+    let middle = middle(pictures.first().map_or(&[], |start| &start.points));
+    let offsets = pictures.iter().flat_map(|p| &p.points).map(|p| *p - middle);
+    let half_width = 1.25 * offsets.map(|p| p.x.abs().max(p.y.abs())).filter(|r| r.is_finite()).fold(0.03, f64::max);
     let figure = |p: &Picture| {
-        format!("<figure>{}<figcaption>{}</figcaption></figure>", picture(p, half_width), html_text(&p.title))
+        format!("<figure>{}<figcaption>{}</figcaption></figure>", picture(p, middle, half_width), html_text(&p.title))
     };
     let figures: String = pictures.iter().map(figure).collect();
     format!("<h2>{}</h2>\n<div class=\"gallery\">{figures}</div>\n", html_text(caption))
 }
 
+/// The mean of the finite points in the table plane, z = 0 \[m\].
+fn middle(points: &[DVec3]) -> DVec3 {
+    let finite = || points.iter().filter(|p| p.is_finite());
+    (finite().sum::<DVec3>() / finite().count().max(1) as f64).with_z(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn the_page_stands_alone_and_escapes_what_it_is_given() {

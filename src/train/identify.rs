@@ -145,10 +145,9 @@ impl Identifier {
             })?;
             bar.set_position(best.evaluations as u64);
             bar.set_message(format!("error {:.3} mm", 1e3 * error));
-            anyhow::ensure!(
-                !watch.stopped(),
-                "identification stopped after generation {generation}; the same command goes on from there"
-            );
+            watch.go_on(|| {
+                format!("identification stopped after generation {generation}; the same command goes on from there")
+            })?;
             Ok(())
         })?;
         bar.finish();

@@ -112,11 +112,10 @@ impl Trainer {
             }
             if watch.stopped() && state.step < spec.steps {
                 save(&path, &identity, &state)?;
-                anyhow::bail!(
-                    "training stopped after step {} of {}; the same command goes on from there",
-                    state.step,
-                    spec.steps
-                );
+                let (step, steps) = (state.step, spec.steps);
+                watch.go_on(|| {
+                    format!("training stopped after step {step} of {steps}; the same command goes on from there")
+                })?;
             }
         }
         bar.finish();

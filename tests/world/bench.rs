@@ -11,7 +11,7 @@ pub(crate) fn spec() -> SceneSpec {
     SceneSpec {
         material: MaterialSpec {
             density: 1200.0,
-            young_modulus: 2e4,
+            young_modulus: 5e3,
             poisson_ratio: 0.499,
             damping_ratio: 1.0,
             yield_strain: 0.02,
@@ -23,7 +23,7 @@ pub(crate) fn spec() -> SceneSpec {
         spacing: 0.01,
         particles: 120,
         interval: 0.1,
-        solver: SolverSpec { steps: 2, substeps: 8, sweeps: 4 },
+        solver: SolverSpec { steps: 4, substeps: 8, sweeps: 4 },
     }
 }
 
