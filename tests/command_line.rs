@@ -74,6 +74,19 @@ fn a_tiny_comparison_leaves_everything_and_its_repetition_is_quick_and_equal() {
 }
 
 #[test]
+fn an_open_loop_is_planned_by_models_that_imagine_and_by_no_other() {
+    let folder = folder();
+    let words = ["compare", QUICKSTART, "dataset=smoke", "model=[oracle, still]", "planner=[cem]", "goal=[pressed]"];
+    let open = ["seeds=[7]", "budget.rollouts=2", "actions=2", "+control=open", "--json"];
+    let output = pliant(folder.path(), &[&words[..], &open].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let rows: Vec<serde_json::Value> = out(&output).lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let (oracle, still) = (&rows[0], &rows[1]);
+    assert!(oracle["achieved"].is_null(), "the simulator cannot go on from a state that it was not in: {oracle}");
+    assert!(still["achieved"].is_number() && still["tools"].as_array().unwrap().len() == 2, "{still}");
+}
+
+#[test]
 fn bad_input_is_a_sentence_and_exit_code_two() {
     let folder = folder();
     let here = folder.path();

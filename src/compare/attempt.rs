@@ -63,7 +63,7 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
             Scene { particles: seen.clone(), snapshot: truth.snapshot.clone().filter(|_| known), ..truth }
         };
         let piece = Workpiece::around(&seen);
-        if !known && !model_accepts(bench, model, &scene) {
+        if !known && !accepts(bench, model, &scene) {
             // A model that cannot go on from what it imagined has no plan for the whole.
             predicted = None;
             break;
@@ -127,6 +127,7 @@ pub(super) fn attempt(bench: &Bench<'_>, entry: &Entry<'_>) -> anyhow::Result<At
 }
 
 /// Whether `model` can plan from this scene with every tool.
-fn model_accepts(bench: &Bench<'_>, model: &dyn WorldModel, scene: &dyn Fn(&Arc<ToolShape>, &[Pose]) -> Scene) -> bool {
-    bench.tools.values().all(|tool| model.accepts(&scene(tool.shape(), &[])).is_ok())
+fn accepts(bench: &Bench<'_>, model: &dyn WorldModel, scene: &dyn Fn(&Arc<ToolShape>, &[Pose]) -> Scene) -> bool {
+    let standing = |shape: &Arc<ToolShape>| scene(shape, &vec![Pose::default(); shape.parts.len()]);
+    bench.tools.values().all(|tool| model.accepts(&standing(tool.shape())).is_ok())
 }
