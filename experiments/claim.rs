@@ -58,7 +58,7 @@ impl Experiment {
             spec.set.extend(SMOKE.iter().chain(self.smoke).map(|change| (*change).to_owned()));
         }
         let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
-        outcome.complete()?;
+        outcome.complete(watch)?;
         let rows = sweep::collect(&outcome.folder)?;
         let grid = (self.table)(&rows)?;
         let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();

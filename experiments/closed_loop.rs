@@ -1,6 +1,6 @@
 //! Claim: observing between actions helps every imperfect model.
 //!
-//! Command: `cargo run --release --bin experiments -- closed_loop`, about six minutes. Table: `paper/tables/closed_loop.tex`.
+//! Command: `cargo run --release --bin experiments -- closed_loop`, about three minutes. Table: `paper/tables/closed_loop.tex`.
 use crate::claim::{Experiment, SMALL_FITS, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -8,7 +8,7 @@ use serde_json::Value;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "closed_loop",
     claim: "with two actions, observing between them achieves more than planning both at once",
-    duration: "about 6 minutes",
+    duration: "about 3 minutes",
     sweep: "configs/sweep/closed_loop.toml",
     smoke: SMALL_FITS,
     table,

@@ -1,7 +1,7 @@
 //! Claim: a graph network needs all three kinds of edges; without the tool's it cannot predict, without the others it predicts
 //! worse.
 //!
-//! Command: `cargo run --release --bin experiments -- edge_types`, about eight minutes. Table: `paper/tables/edge_types.tex`.
+//! Command: `cargo run --release --bin experiments -- edge_types`, about three minutes. Table: `paper/tables/edge_types.tex`.
 use crate::claim::{Experiment, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use serde_json::Value;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "edge_types",
     claim: "each kind of edge lowers the prediction error: particle–particle, tool→particle, floor→particle",
-    duration: "about 8 minutes",
+    duration: "about 3 minutes",
     sweep: "configs/sweep/edge_types.toml",
     smoke: &["model.learned.train.network.steps=4"],
     table,

@@ -1,7 +1,7 @@
 //! Claim: with planner, budget and random numbers equal, every model that plans beats one in which nothing moves, and none
 //! beats the simulator itself by more than noise.
 //!
-//! Command: `cargo run --release --bin experiments -- quickstart`, about six minutes. Table: `paper/tables/quickstart.tex`.
+//! Command: `cargo run --release --bin experiments -- quickstart`, about five minutes. Table: `paper/tables/quickstart.tex`.
 use crate::claim::{Experiment, SMALL_FITS};
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use serde_json::Value;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "quickstart",
     claim: "every model that plans beats `still`; none beats the simulator by more than noise",
-    duration: "about 6 minutes",
+    duration: "about 5 minutes",
     sweep: "configs/sweep/quickstart.toml",
     smoke: SMALL_FITS,
     table,

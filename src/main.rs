@@ -112,7 +112,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             let Some(loaded) = config.load::<SweepSpec>()? else { return Ok(()) };
             let outcome = pliant::sweep::run::<CompareSpec>(&loaded.spec, watch)?;
             to_stdout(&format!("{outcome}\n"))?;
-            outcome.complete()?;
+            outcome.complete(watch)?;
         }
         Verb::Schema { of } => {
             let schema = match of {

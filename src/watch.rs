@@ -11,6 +11,9 @@ pub struct Watch {
     visible: bool,
 }
 
+/// Exit code of a program that ended because it was asked to stop: that of a shell's own Ctrl-C.
+pub const STOPPED: u8 = 130;
+
 impl Watch {
     /// Shows nothing and never stops: for tests and for work inside other work.
     pub fn silent() -> Self {
@@ -38,7 +41,7 @@ impl Watch {
         // Without a handler Ctrl-C merely ends the run, which resumes from its last checkpoint all the same.
         let _ = ctrlc::set_handler(move || {
             if stop.stopped() {
-                std::process::exit(130);
+                std::process::exit(STOPPED.into());
             }
             eprintln!("stopping after saving; press Ctrl-C again to stop at once");
             stop.stop();

@@ -1,17 +1,17 @@
 //! How a program ends.
 use super::ConfigError;
-use crate::watch::Stopped;
+use crate::watch::{STOPPED, Stopped};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Prints what went wrong, if anything, and gives the exit code: 0, 2 for an error, 130 for a stop that was asked for.
+/// Prints what went wrong, if anything, and gives the exit code: 0, 2 for an error, [`STOPPED`] for a stop that was asked for.
 ///
 /// Mistakes in a config are drawn at their line, under the context in which they were met.
 pub fn conclude(result: anyhow::Result<()>) -> ExitCode {
     let Err(error) = result else { return ExitCode::SUCCESS };
     if error.downcast_ref::<Stopped>().is_some() {
         eprintln!("{error:#}");
-        return ExitCode::from(130);
+        return ExitCode::from(STOPPED);
     }
     match error.downcast_ref::<ConfigError>() {
         Some(config) => {

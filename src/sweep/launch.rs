@@ -23,11 +23,11 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Fails unless every trial is done.
+    /// Fails unless every trial is done; a sweep that `watch` stopped ends as every stopped stage does.
     ///
     /// # Errors
     /// A sentence saying how many trials failed, run elsewhere or never started, and what to do.
-    pub fn complete(&self) -> Result<()> {
+    pub fn complete(&self, watch: &Watch) -> Result<()> {
         if let Some(first) = self.failed.first() {
             let (count, file) = (self.failed.len(), first.join("failure.json"));
             anyhow::bail!(
@@ -36,8 +36,12 @@ impl Outcome {
             );
         }
         let missing = self.elsewhere + self.left;
-        anyhow::ensure!(missing == 0, "{missing} trials are not done yet; the same command goes on with them");
-        Ok(())
+        if missing == 0 {
+            return Ok(());
+        }
+        let sentence = format!("{missing} trials are not done yet; the same command goes on with them");
+        watch.go_on(|| sentence.clone())?;
+        anyhow::bail!(sentence)
     }
 }
 
@@ -111,5 +115,23 @@ impl<'a> Line<'a> {
 
     fn take(&self) -> Option<&'a FrozenTrial> {
         self.frozen.trials.get(self.next.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::watch::Stopped;
+
+    #[test]
+    fn a_sweep_cut_short_fails_and_one_that_was_asked_to_stop_says_it_stopped() {
+        let outcome = Outcome { folder: PathBuf::from("runs"), done: 1, failed: Vec::new(), elsewhere: 0, left: 2 };
+        let watch = Watch::silent();
+        let cut_short = outcome.complete(&watch).unwrap_err();
+        assert!(cut_short.downcast_ref::<Stopped>().is_none() && cut_short.to_string().contains("2 trials"));
+        watch.stop();
+        let stopped = outcome.complete(&watch).unwrap_err();
+        assert!(stopped.downcast_ref::<Stopped>().is_some() && stopped.to_string().contains("2 trials"));
+        assert!(Outcome { left: 0, ..outcome }.complete(&watch).is_ok());
     }
 }

@@ -1,5 +1,6 @@
 //! One trial: its folder, its lock, its one run.
 use crate::config::write_whole;
+use crate::watch::STOPPED;
 use anyhow::{Context, Result};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -9,8 +10,6 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Exit code of a child that was asked to stop.
-const STOPPED: i32 = 130;
 /// So many last lines of the log are kept in `failure.json`.
 const LAST_LINES: usize = 20;
 /// And they are sought in so many last bytes of it.
@@ -98,7 +97,7 @@ impl FrozenTrial {
                 let _ = fs::remove_file(self.failure());
                 return Ok(Ending::Done);
             }
-            Ok(status) if status.code() == Some(STOPPED) => return Ok(Ending::Stopped),
+            Ok(status) if status.code() == Some(STOPPED.into()) => return Ok(Ending::Stopped),
             Ok(status) if status.success() => {
                 (status.code(), format!("it ended without writing `{}`", self.result.display()))
             }

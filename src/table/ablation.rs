@@ -1,4 +1,5 @@
 //! The table of a sweep: one line per change and model.
+use super::paired::paired;
 use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
@@ -41,11 +42,7 @@ pub fn ablation<'a>(
     let header = ["variant", "model", "one step [mm]", "rollout [mm]", "achieved [mm]", "Δ reference [mm]", "attempts"];
     let difference = |(change, model), mine: &[&Row]| {
         let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
-        let pairs = mine.iter().filter_map(|r| {
-            let same = |b: &&&Row| b.planner == r.planner && b.goal == r.goal && b.seed == r.seed;
-            Some((r.seed, r.achieved? - base.iter().find(same)?.achieved?))
-        });
-        Interval::over_seeds(pairs)
+        Interval::over_seeds(paired(mine.iter().copied(), base.iter().copied()))
     };
     let own = |(change, model): (&'a str, &'a str)| (change, model) == reference(change, model);
     let line = |(&(change, model), mine): (&(&'a str, &'a str), &Vec<&Row>)| {

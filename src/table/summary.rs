@@ -1,4 +1,5 @@
 //! The comparison table: one line per planner and model, intervals over seeds.
+use super::paired::paired;
 use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
@@ -9,14 +10,10 @@ fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> String
     Interval::millimetres(Interval::over_seeds(rows.iter().filter_map(|row| Some((row.seed, read(row)?)))))
 }
 
-/// `a − b` in achieved cost \[m\], with its seed, for every goal and seed at which both planned: equal random numbers paired.
-pub fn difference(rows: &[Row], planner: &str, a: &str, b: &str) -> Vec<(u64, f64)> {
-    let of = |model: &str| -> IndexMap<(&str, u64), f64> {
-        let mine = rows.iter().filter(|r| r.planner == planner && r.model == model);
-        mine.filter_map(|r| Some(((r.goal.as_str(), r.seed), r.achieved?))).collect()
-    };
-    let (a, b) = (of(a), of(b));
-    a.iter().filter_map(|(key, x)| Some((key.1, x - b.get(key)?))).collect()
+/// What `model` achieved with `planner` less what `reference` did.
+fn difference(rows: &[Row], planner: &str, model: &str, reference: &str) -> Option<Interval> {
+    let of = |name: &str| rows.iter().filter(|r| r.planner == planner && r.model == name).collect::<Vec<_>>();
+    Interval::over_seeds(paired(of(model), of(reference)))
 }
 
 /// Models that every other is compared with, attempt by attempt: the floor and the ceiling of planning.
@@ -40,7 +37,7 @@ pub fn summary(all: &[Row]) -> Grid {
         cells.push(column(rows, |r| r.achieved));
         cells.push(column(rows, |r| Some(r.predicted? - r.achieved?)));
         cells.push(column(rows, |r| Some(r.achieved? - r.start)));
-        let against = |reference| Interval::over_seeds(difference(all, planner, model, reference));
+        let against = |reference| difference(all, planner, model, reference);
         cells.extend(REFERENCES.map(|reference| Interval::millimetres(against(reference))));
         let mean = |read: &dyn Fn(&Row) -> f64| rows.iter().map(|r| read(r)).sum::<f64>() / rows.len() as f64;
         cells.push(format!("{:.0}", mean(&|r| r.rollouts as f64)));
@@ -82,9 +79,7 @@ fn notes(rows: &[Row]) -> Vec<String> {
     for reference in REFERENCES.iter().filter(|model| models.contains(**model)) {
         let pairs = planners.iter().flat_map(|p| models.iter().map(move |m| (p, m)));
         let others = pairs.filter(|(_, model)| !REFERENCES.contains(&model.as_str()));
-        let against = |(p, m): (&String, &String)| {
-            (format!("{m} ({p})"), Interval::over_seeds(difference(rows, p, m, reference)))
-        };
+        let against = |(p, m): (&String, &String)| (format!("{m} ({p})"), difference(rows, p, m, reference));
         notes.push(format!("against {reference}: {}", verdict(others.map(against))));
     }
     if !floored.is_empty() {
