@@ -1,9 +1,9 @@
 //! Signed distances: their derivatives, their values against brute force, and meshes against closed forms.
 use glam::{DMat3, DQuat, DVec3};
-use pliant::state::{Closure, Solid, TriangleMesh};
+use pliant::state::{Closure, Placed, Pose, Solid, TriangleMesh};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 fn mesh(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
@@ -45,7 +45,26 @@ fn solids() -> Vec<Solid> {
         Solid::Cylinder { radius: 0.02, half_length: 0.035 },
         Solid::Mesh(Arc::new(mesh(vertices, triangles))),
         Solid::Mesh(Arc::new(angle_iron())),
+        hook(),
     ]
+}
+
+/// A stem on a foot, and a pin through both that sticks out of neither's side.
+fn hook() -> Solid {
+    let piece = |solid: Solid, x: f64, z: f64, turn: f64| Placed {
+        solid,
+        pose: Pose { translation: DVec3::new(x, 0.0, z), rotation: DQuat::from_rotation_x(turn) },
+    };
+    let block = |x: f64, y: f64, z: f64| Solid::Cuboid { half: DVec3::new(x, y, z) };
+    let pin = Solid::Cylinder { radius: 0.006, half_length: 0.008 };
+    Solid::Assembly(
+        vec![
+            piece(block(0.01, 0.01, 0.02), 0.012, 0.01, 0.0),
+            piece(block(0.025, 0.018, 0.008), 0.0, -0.018, 0.0),
+            piece(pin, -0.012, 0.0, FRAC_PI_2),
+        ]
+        .into(),
+    )
 }
 
 fn random_point(rng: &mut ChaCha8Rng, reach: f64) -> DVec3 {

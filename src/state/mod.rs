@@ -2,6 +2,7 @@
 //!
 //! SI units; z points up; the table is the plane z = 0.
 mod action;
+mod assembly;
 mod closure;
 mod mesh;
 mod particles;
@@ -13,6 +14,7 @@ mod surface;
 mod triangle;
 
 pub use action::ActionSpace;
+pub use assembly::Placed;
 pub use closure::Closure;
 pub use mesh::TriangleMesh;
 pub use particles::{Particles, ParticlesGrad, Rollout};

@@ -1,5 +1,5 @@
 //! Rigid solids: signed distance with exact first and second derivatives, and surface samples.
-use super::TriangleMesh;
+use super::{Placed, TriangleMesh, assembly};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -45,6 +45,8 @@ pub enum Solid {
     },
     /// A triangle mesh.
     Mesh(Arc<TriangleMesh>),
+    /// Several solids at fixed places, none of them an assembly.
+    Assembly(Arc<[Placed]>),
 }
 
 /// The signed distance field at one point.
@@ -65,6 +67,7 @@ impl Solid {
             Self::Cuboid { half } => cuboid(*half, point),
             Self::Cylinder { radius, half_length } => cylinder(*radius, *half_length, point),
             Self::Mesh(mesh) => mesh.project(point),
+            Self::Assembly(pieces) => assembly::project(pieces, point),
         }
     }
 
@@ -74,6 +77,7 @@ impl Solid {
             Self::Cuboid { half } => *half,
             Self::Cylinder { radius, half_length } => DVec3::new(*radius, *half_length, *radius),
             Self::Mesh(mesh) => mesh.vertices.iter().fold(DVec3::ZERO, |m, v| m.max(v.abs())),
+            Self::Assembly(pieces) => assembly::half_extents(pieces),
         }
     }
 }

@@ -1,5 +1,5 @@
 //! Near-uniform samples of a solid's surface, with outward normals; the same points every time.
-use super::{Solid, SurfacePoint, TriangleMesh};
+use super::{Solid, SurfacePoint, TriangleMesh, assembly};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -14,6 +14,7 @@ impl Solid {
             Self::Cuboid { half } => cuboid(*half, spacing),
             Self::Cylinder { radius, half_length } => cylinder(*radius, *half_length, spacing),
             Self::Mesh(mesh) => strewn(mesh, spacing),
+            Self::Assembly(pieces) => assembly::surface(pieces, spacing),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Two fingers that close on the material and open again.
 use super::leg::{Leg, along};
 use super::{HeadSpec, Motion, Tool, Workpiece};
-use crate::state::{ActionSpace, Control, Part, Pose, ToolShape};
+use crate::state::{ActionSpace, Control, Pose, ToolShape};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
@@ -16,8 +16,11 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GripSpec {
-    /// One finger; its face at local +x meets the material.
+    /// The finger on the side of −u; its face at local +x meets the material.
     pub finger: HeadSpec,
+    /// The finger on the other side, turned to face the first; like it when left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other: Option<HeadSpec>,
     /// Least distance of a finger's face from the grip point when open \[m\].
     #[schemars(range(min = 0.0, max = 0.5))]
     pub opening: f64,
@@ -45,7 +48,8 @@ pub struct GripSpec {
 pub struct Grip {
     spec: GripSpec,
     shape: Arc<ToolShape>,
-    half: DVec3,
+    /// Half extents of each finger \[m\].
+    half: [DVec3; 2],
 }
 
 impl GripSpec {
@@ -60,15 +64,11 @@ impl GripSpec {
         ensure!(self.clearance > 0.0, "`clearance` must be positive");
         ensure!(self.height > 0.0, "`height` must be positive, or the fingers scrape the table");
         ensure!(self.close > 0 && self.open > 0, "`close` and `open` need at least one step each");
-        let finger: Part = self.finger.clone().build()?;
-        let half = finger.solid.half_extents();
-        Ok(Grip { shape: Arc::new(ToolShape { parts: vec![finger.clone(), finger] }), half, spec: self })
+        let finger = self.finger.clone().build()?;
+        let other = self.other.clone().map_or_else(|| Ok(finger.clone()), HeadSpec::build)?;
+        let half = [finger.solid.half_extents(), other.solid.half_extents()];
+        Ok(Grip { shape: Arc::new(ToolShape { parts: vec![finger, other] }), half, spec: self })
     }
-}
-
-/// √(x² + (1 mm)²), a bound of |x| that has a derivative everywhere.
-fn above_abs(x: f64) -> f64 {
-    x.hypot(1e-3)
 }
 
 impl Tool for Grip {
@@ -77,7 +77,7 @@ impl Tool for Grip {
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
-        let (reach, [least, greatest]) = (piece.extent.x.min(piece.extent.y), self.spec.width);
+        let (reach, [least, greatest]) = (piece.narrow(), self.spec.width);
         ActionSpace {
             names: ["r", "rotation", "width"].map(String::from).to_vec(),
             low: vec![-reach, -self.spec.rotation, least],
@@ -89,13 +89,12 @@ impl Tool for Grip {
         let &[r, rotation, width] = theta else { panic!("a grip takes three numbers, not {theta:?}") };
         let (sine, cosine) = rotation.sin_cos();
         let (along_u, across) = (DVec3::new(cosine, sine, 0.0), DVec3::new(-sine, cosine, 0.0));
-        let extent = above_abs(cosine * piece.extent.x) + above_abs(sine * piece.extent.y);
-        let open = self.spec.opening.max(extent + self.spec.clearance);
-        let point = (piece.centre + r * across).with_z(self.spec.height + self.half.z);
+        let open = self.spec.opening.max(piece.reach(cosine, sine) + self.spec.clearance);
+        let point = (piece.centre + r * across).with_z(self.spec.height);
         let fingers = |[gap]: [f64; 1]| {
-            [(-1.0, rotation), (1.0, rotation + PI)]
-                .map(|(side, yaw)| Pose {
-                    translation: point + side * (gap + self.half.x) * along_u,
+            [(-1.0, rotation, self.half[0]), (1.0, rotation + PI, self.half[1])]
+                .map(|(side, yaw, half)| Pose {
+                    translation: point + half.z * DVec3::Z + side * (gap + half.x) * along_u,
                     rotation: DQuat::from_rotation_z(yaw),
                 })
                 .to_vec()

@@ -3,20 +3,39 @@ use crate::state::{ActionSpace, Control, ControlGrad, Particles, Pose, PoseGrad,
 use glam::{DQuat, DVec3};
 use std::sync::Arc;
 
+mod cut;
 mod grip;
 mod head;
+mod hook;
 mod leg;
 mod press;
+mod push;
 mod roll;
+mod scoop;
+mod solid;
+mod turn;
 
+pub use cut::{Cut, CutSpec};
 pub use grip::{Grip, GripSpec};
-pub use head::{HeadSpec, SolidSpec};
+pub use head::HeadSpec;
+pub use hook::{Hook, HookSpec};
 pub use press::{Press, PressSpec};
+pub use push::{Push, PushSpec};
 pub use roll::{Roll, RollSpec};
+pub use scoop::{Scoop, ScoopSpec};
+pub use solid::{PieceSpec, SolidSpec};
 
 family! {
     /// A tool: geometry and the constants of one motion primitive.
-    ToolSpec builds Box<dyn Tool> { Grip(GripSpec), Press(PressSpec), Roll(RollSpec) }
+    ToolSpec builds Box<dyn Tool> {
+        Grip(GripSpec),
+        Press(PressSpec),
+        Roll(RollSpec),
+        Cut(CutSpec),
+        Push(PushSpec),
+        Scoop(ScoopSpec),
+        Hook(HookSpec),
+    }
 }
 
 /// What a tool's primitive needs to know of the material it is aimed at.
@@ -35,6 +54,19 @@ impl Workpiece {
             particles.positions.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
         let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0);
         Self { centre: middle.with_z(0.0), extent: half.with_z(high.z) }
+    }
+
+    /// How far the box reaches from its middle along (cosine, sine) in the table plane \[m\]; a little more where one of the two
+    /// vanishes, so that it has a derivative everywhere.
+    fn reach(&self, cosine: f64, sine: f64) -> f64 {
+        // √(x² + (1 mm)²) bounds |x|.
+        let above_abs = |x: f64| x.hypot(1e-3);
+        above_abs(cosine * self.extent.x) + above_abs(sine * self.extent.y)
+    }
+
+    /// The smaller of its half extents in the table plane \[m\].
+    fn narrow(&self) -> f64 {
+        self.extent.x.min(self.extent.y)
     }
 }
 

@@ -1,6 +1,6 @@
 //! A flat head that comes down on the material and lifts again.
 use super::leg::{Leg, along};
-use super::{HeadSpec, Motion, Tool, Workpiece};
+use super::{HeadSpec, Motion, Tool, Workpiece, turn};
 use crate::state::{ActionSpace, Control, Pose, ToolShape};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A press: θ = (x, y, z, rotation), as RoboCook (Shi et al. 2023) parametrises it.
+/// A press: θ = (x, y, z, rotation), as RoboCook (Shi et al. 2023) parametrises it; (x, y, z) for a head that is not turned.
 ///
 /// The head, turned by `rotation` about the vertical, comes down at `centre + (x, y)` until its face is at height `z`, at
 /// most the workpiece's height.
@@ -23,7 +23,7 @@ pub struct PressSpec {
     /// Least final height of the face above the table \[m\].
     #[schemars(range(min = 0.0005, max = 0.1))]
     pub lowest: f64,
-    /// Bound of |rotation| \[rad\].
+    /// Bound of |rotation| \[rad\]; with 0 the action has no rotation.
     #[schemars(range(min = 0.0, max = std::f64::consts::PI))]
     pub rotation: f64,
     /// Distance kept above the workpiece at the start and at the end \[m\].
@@ -67,15 +67,19 @@ impl Tool for Press {
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
         let PressSpec { reach, rotation, lowest, .. } = self.spec;
-        ActionSpace {
-            names: ["x", "y", "z", "rotation"].map(String::from).to_vec(),
-            low: vec![-reach, -reach, lowest, -rotation],
-            high: vec![reach, reach, piece.extent.z.max(lowest), rotation],
-        }
+        let mut space = ActionSpace {
+            names: ["x", "y", "z"].map(String::from).to_vec(),
+            low: vec![-reach, -reach, lowest],
+            high: vec![reach, reach, piece.extent.z.max(lowest)],
+        };
+        turn::append(&mut space, rotation);
+        space
     }
 
     fn motion(&self, theta: &[f64], piece: &Workpiece, steps: usize) -> Motion {
-        let &[x, y, z, rotation] = theta else { panic!("a press takes four numbers, not {theta:?}") };
+        let (&[x, y, z], rotation) = turn::take(theta, self.spec.rotation) else {
+            panic!("a press takes three numbers, or four with a rotation, not {theta:?}")
+        };
         let clear = piece.extent.z.max(self.spec.lowest) + self.spec.clearance;
         let head = |[face]: [f64; 1]| {
             let translation = piece.centre + DVec3::new(x, y, face + self.thickness);

@@ -18,7 +18,17 @@ pub(super) fn hold(
         .zip(poses)
         .map(|(part, at)| {
             let body = RigidBodyBuilder::kinematic_position_based().pose(pose(at)).can_sleep(false);
-            physics.insert(body, collider(&part.solid).friction(friction)).0
+            let body = physics.insert_body(body);
+            match &part.solid {
+                Solid::Assembly(pieces) => pieces.iter().for_each(|piece| {
+                    let collider = collider(&piece.solid).position(pose(&piece.pose)).friction(friction);
+                    physics.insert_collider(collider, Some(body));
+                }),
+                single => {
+                    physics.insert_collider(collider(single).friction(friction), Some(body));
+                }
+            }
+            body
         })
         .collect()
 }
@@ -42,6 +52,7 @@ fn collider(solid: &Solid) -> ColliderBuilder {
         Solid::Cuboid { half } => ColliderBuilder::cuboid(length(half.x), length(half.y), length(half.z)),
         Solid::Cylinder { radius, half_length } => ColliderBuilder::cylinder(length(*half_length), length(*radius)),
         Solid::Mesh(mesh) => mesh_collider(mesh),
+        Solid::Assembly(_) => unreachable!("the pieces of an assembly are no assemblies"),
     }
 }
 
@@ -71,4 +82,40 @@ fn mesh_volume(mesh: &TriangleMesh) -> f64 {
 
 fn mesh_radius(mesh: &TriangleMesh) -> f64 {
     mesh.vertices.iter().map(|v| v.length()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::state::Part;
+    use crate::tool::SolidSpec;
+    use glam::{DQuat, DVec3};
+    use rand::{Rng, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn what_collides_is_where_the_signed_distance_says() {
+        let solids = [
+            SolidSpec::Cuboid { half: [0.02, 0.01, 0.03] },
+            SolidSpec::Cylinder { radius: 0.02, half_length: 0.035 },
+            SolidSpec::Tube { radius: 0.02, wall: 0.003, half_height: 0.03, sides: 12 },
+        ];
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let rotation = DQuat::from_scaled_axis(DVec3::new(0.4, -0.2, 0.9));
+        let at = Pose { translation: DVec3::new(0.01, 0.02, 0.1), rotation };
+        for spec in solids {
+            let solid = spec.build().unwrap();
+            let tool = ToolShape { parts: vec![Part { solid: solid.clone(), surface: Vec::new() }] };
+            let mut physics = PhysicsWorld::new();
+            let body = hold(&mut physics, &tool, &[at], 0.5)[0];
+            for _ in 0..2000 {
+                let point = at.translation + DVec3::from_array(std::array::from_fn(|_| rng.random_range(-0.06..0.06)));
+                let colliders = physics.bodies[body].colliders().iter().map(|&c| &physics.colliders[c]);
+                let near = colliders.map(|c| c.shape().distance_to_point(c.position(), inward(point), true));
+                let collides = f64::from(near.fold(Real::INFINITY, Real::min)) / f64::from(length(1.0));
+                let said = solid.project(at.inverse_apply(point)).distance.max(0.0);
+                assert!((collides - said).abs() < 1e-6, "{solid:?}: {collides} against {said} at {point}");
+            }
+        }
+    }
 }

@@ -1,10 +1,11 @@
-//! A block of dough, the three tools, and how they move.
+//! A block of dough, tools, and how they move.
 use glam::{DQuat, DVec3};
 use pliant::state::{Control, Part, Pose, Solid, ToolShape};
-use pliant::tool::Motion;
+use pliant::tool::{Motion, Tool, ToolSpec, Workpiece};
 use pliant::world::{BlockSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 pub(crate) fn spec() -> SceneSpec {
@@ -95,32 +96,21 @@ pub(crate) fn middle(points: &[DVec3]) -> DVec3 {
     points.iter().sum::<DVec3>() / points.len() as f64
 }
 
-/// A random use of one of the three tools, within the bounds of RoboCook's.
-pub(crate) fn random_action(world: &World, rng: &mut ChaCha8Rng) -> (Arc<ToolShape>, Motion) {
-    let all = world.all_positions();
-    let (centre, height) = (middle(&all).with_z(0.0), top(&all));
-    let rotation = DQuat::from_rotation_z(rng.random_range(-1.57..1.57));
-    let aim = |offset: DVec3, local: DQuat| Pose { translation: centre + offset, rotation: rotation * local };
-    let mut between = |low: f64, high: f64| rng.random_range(low..high);
-    let clear = height + 0.015;
-    match between(0.0, 3.0) as usize {
-        0 => {
-            let (x, y, z) = (between(-0.02, 0.02), between(-0.02, 0.02), between(0.2, 0.9) * height);
-            let pose = |z: f64| vec![aim(DVec3::new(x, y, z + 0.01), DQuat::IDENTITY)];
-            (press(), path(&[(0, pose(clear)), (10, pose(z)), (15, pose(clear))]))
-        }
-        1 => {
-            let width = between(0.005, 0.03);
-            let finger = |x: f64| aim(rotation * DVec3::X * x + DVec3::Z * 0.0303, DQuat::IDENTITY);
-            let pose = |gap: f64| vec![finger(-gap / 2.0 - 0.0059), finger(gap / 2.0 + 0.0059)];
-            (fingers(), path(&[(0, pose(0.11)), (10, pose(width)), (15, pose(0.11))]))
-        }
-        _ => {
-            let z = between(0.4, 0.9) * height;
-            let roll = |x: f64| DQuat::from_rotation_y(x / 0.02);
-            let pose = |x: f64, z: f64| vec![aim(rotation * DVec3::X * x + DVec3::Z * (z + 0.02), roll(x))];
-            let points = [(0, pose(-0.06, clear)), (4, pose(-0.06, z)), (12, pose(0.06, z)), (15, pose(0.06, clear))];
-            (roller(), path(&points))
-        }
-    }
+/// Every tool of `configs/tool`, by name.
+pub(crate) fn shipped_tools() -> Vec<(String, Box<dyn Tool>)> {
+    let mut files: Vec<_> = std::fs::read_dir("configs/tool").unwrap().map(|e| e.unwrap().path()).collect();
+    files.sort();
+    let read = |path: &PathBuf| {
+        let spec: ToolSpec = toml_edit::de::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        (path.file_stem().unwrap().to_string_lossy().into_owned(), spec.build().unwrap())
+    };
+    files.iter().map(read).collect()
+}
+
+/// A uniformly random action of `tool` on the dough.
+pub(crate) fn random_motion(world: &World, tool: &dyn Tool, rng: &mut ChaCha8Rng) -> Motion {
+    let piece = Workpiece::around(&world.particles());
+    let space = tool.space(&piece);
+    let theta = space.at(&(0..space.dimension()).map(|_| rng.random()).collect::<Vec<f64>>());
+    tool.motion(&theta, &piece, 15)
 }

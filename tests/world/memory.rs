@@ -33,15 +33,17 @@ fn clones_and_snapshots_continue_byte_for_byte() {
 fn the_same_seed_gives_the_same_bytes_whatever_the_thread_count() {
     let ranges = BlockSpec { x: [0.05, 0.07], y: [0.05, 0.07], z: [0.025, 0.035], turn: [0.0, 1.0] };
     let spec = SceneSpec { start: StartSpec::Block(ranges), particles: 60, ..spec() };
+    let tools = shipped_tools();
     let run = |threads: usize| -> Vec<Snapshot> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let one = |seed: u64| {
             let mut world = World::new(&spec, seed).unwrap();
-            let (tool, motion) = random_action(&world, &mut ChaCha8Rng::seed_from_u64(seed));
-            world.execute(&tool, &motion);
+            let tool = &tools[seed as usize % tools.len()].1;
+            let motion = random_motion(&world, tool.as_ref(), &mut ChaCha8Rng::seed_from_u64(seed));
+            world.execute(tool.shape(), &motion);
             world.snapshot()
         };
-        pool.install(|| (0..4u64).into_par_iter().map(one).collect())
+        pool.install(|| (0..tools.len() as u64).into_par_iter().map(one).collect())
     };
     let serial = run(1);
     assert!(serial == run(2), "two threads give other bytes");
