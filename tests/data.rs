@@ -17,6 +17,7 @@ y = [0.05, 0.07]
 z = [0.025, 0.035]
 turn = [0.0, 1.5]
 [scene.material]
+kind = 'dough'
 density = 1200.0
 young_modulus = 2e4
 poisson_ratio = 0.499

@@ -1,49 +1,143 @@
-//! Dough as a soft body of the engine, and which of its particles models see.
-use super::SceneSpec;
+//! Dough as a soft body of the engine.
 use super::lattice::Lattice;
-use super::scale::{inward, length};
-use glam::DVec3;
+use super::material::{Filling, Material, Matter, Substance};
+use super::scale::{inward, length, outward};
+use super::{DoughSpec, SceneSpec};
+use glam::{DQuat, DVec3};
+use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// The soft body.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Dough(SoftBodyHandle);
+
 /// Thickness of the contact skin around the surface \[m\]; resting particles stand this far above the table.
-pub(super) fn skin(spacing: f64) -> f64 {
+fn skin(spacing: f64) -> f64 {
     spacing / 4.0
 }
 
-/// The soft body that fills `lattice`, lifted by `lift` \[m\].
-pub(super) fn body(spec: &SceneSpec, lattice: &Lattice, lift: f64) -> SoftBodyBuilder {
-    let surface = ColliderBuilder::ball(1.0).density(0.0).friction(spec.material.friction as Real);
-    SoftBodyBuilder::new(lattice.corners.iter().map(|p| inward(p + DVec3::Z * lift)).collect())
-        .cells(lattice.tetrahedra.clone())
-        .edges(edges(lattice))
-        .surface(faces(lattice))
-        .masses(lattice.volumes().into_iter().map(|v| spec.material.mass(v)).collect())
-        .material(spec.material.springs(spec.spacing))
-        .cell_model(SoftBodyCellModel::Volume)
-        .particle_radius(length(skin(spec.spacing)))
-        .additional_pgs_iterations(spec.solver.sweeps - 1)
-        .surface_collider(surface)
-        .can_sleep(false)
+impl DoughSpec {
+    /// Checks every number against its range.
+    ///
+    /// # Errors
+    /// A sentence naming the key whose value is impossible.
+    pub fn build(self) -> anyhow::Result<impl Material> {
+        let ranges = [
+            ("density", self.density, 1.0, 2e4),
+            ("young_modulus", self.young_modulus, 100.0, 1e7),
+            ("poisson_ratio", self.poisson_ratio, 0.0, 0.4999),
+            ("damping_ratio", self.damping_ratio, 0.0, 100.0),
+            ("yield_strain", self.yield_strain, 0.0, 1.0),
+            ("creep_rate", self.creep_rate, 0.0, 1e6),
+            ("largest_set", self.largest_set, 0.0, 0.95),
+            ("friction", self.friction, 0.0, 10.0),
+        ];
+        for (key, value, low, high) in ranges {
+            anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
+        }
+        Ok(self)
+    }
 }
 
-/// The `count` points that repeated choice of the one farthest from all chosen before gives, from the first on.
-pub(super) fn farthest(points: &[DVec3], count: usize) -> Vec<u32> {
-    let mut distances = vec![f64::INFINITY; points.len()];
-    let mut chosen = Vec::with_capacity(count);
-    let mut next = 0;
-    for _ in 0..count {
-        chosen.push(next as u32);
-        let from = points[next];
-        let mut best = -1.0;
-        for (i, (point, distance)) in points.iter().zip(&mut distances).enumerate() {
-            *distance = distance.min(point.distance_squared(from));
-            if *distance > best {
-                (best, next) = (*distance, i);
+impl Material for DoughSpec {
+    fn fill(
+        &self,
+        scene: &SceneSpec,
+        filling: &Filling<'_>,
+        physics: &mut PhysicsWorld,
+        _: &mut ChaCha8Rng,
+    ) -> anyhow::Result<Matter> {
+        let mut lattice = Lattice::fill(filling.contains, filling.bounds, scene.spacing)?;
+        let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let (turn, rise) = (DQuat::from_rotation_z(filling.turn), filling.raised + skin(scene.spacing) - lowest);
+        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner + rise * DVec3::Z);
+        Ok(Matter::Dough(Dough(physics.insert_soft_body(self.body(scene, &lattice)))))
+    }
+
+    fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    /// The detection of crossings serves soft bodies that meet themselves or each other, which this one never does; and sweeps
+    /// spent on it would be better spent on the dough's volume, as are those of the engine's stabilisation pass.
+    fn tune(&self, _: &SceneSpec, parameters: &mut IntegrationParameters) {
+        parameters.num_internal_pgs_iterations = 1;
+        parameters.num_internal_stabilization_iterations = 0;
+        let soft = &mut parameters.soft_bodies;
+        soft.max_extra_substeps = 0;
+        soft.recovery.inverted_cell_detection = false;
+        soft.recovery.self_crossing_detection = false;
+        soft.recovery.cross_body_detection = false;
+        soft.recovery.overlap_constraints = false;
+    }
+
+    fn settling(&self) -> f64 {
+        0.5
+    }
+}
+
+impl DoughSpec {
+    /// The soft body that fills `lattice`.
+    fn body(&self, scene: &SceneSpec, lattice: &Lattice) -> SoftBodyBuilder {
+        let surface = ColliderBuilder::ball(1.0).density(0.0).friction(self.friction as Real);
+        SoftBodyBuilder::new(lattice.corners.iter().map(|p| inward(*p)).collect())
+            .cells(lattice.tetrahedra.clone())
+            .edges(edges(lattice))
+            .surface(faces(lattice))
+            .masses(lattice.volumes().into_iter().map(|v| self.mass(v)).collect())
+            .material(self.springs(scene.spacing))
+            .cell_model(SoftBodyCellModel::Volume)
+            .particle_radius(length(skin(scene.spacing)))
+            .additional_pgs_iterations(scene.solver.sweeps - 1)
+            .surface_collider(surface)
+            .can_sleep(false)
+    }
+}
+
+impl Substance for Dough {
+    fn positions(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
+        physics.soft_bodies[self.0].particle_positions().map(outward).collect()
+    }
+
+    fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
+        let body = &physics.soft_bodies[self.0];
+        let corners: BTreeSet<u32> = body.boundary().iter().flatten().copied().collect();
+        corners.into_iter().map(|i| outward(body.particle_position(i as usize))).collect()
+    }
+
+    fn volume(&self, physics: &PhysicsWorld) -> f64 {
+        let body = &physics.soft_bodies[self.0];
+        let corner = |i: u32| outward(body.particle_position(i as usize));
+        let under = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
+        body.boundary().iter().map(under).sum()
+    }
+
+    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld) {
+        let body = &mut physics.soft_bodies[self.0];
+        for i in 0..body.num_particles() {
+            body.set_particle_velocity(i, body.particle_velocity(i) + inward(velocity));
+        }
+    }
+
+    /// Contacts give way a little, and dough pinched between a tool and the table could be pushed through it: a particle
+    /// below the table is put back onto it.
+    fn lift(&self, physics: &mut PhysicsWorld) {
+        let body = &mut physics.soft_bodies[self.0];
+        for i in 0..body.num_particles() {
+            let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
+            if position.z < 0.0 {
+                body.set_particle_position(i, position.with_z(0.0));
+                body.set_particle_velocity(i, velocity.with_z(velocity.z.max(0.0)));
             }
         }
     }
-    chosen
+
+    fn refresh(&self, physics: &mut PhysicsWorld) {
+        let body = &mut physics.soft_bodies[self.0];
+        body.set_particle_position(0, body.particle_position(0));
+    }
 }
 
 fn edges(lattice: &Lattice) -> Vec<[u32; 2]> {

@@ -1,84 +1,82 @@
-//! Dough in physical numbers, and what they are called inside the engine.
-use super::scale::LENGTH;
-use rapier3d::prelude::{Real, SoftBodyMaterial, SpringCoefficients};
-use schemars::JsonSchema;
+//! Materials: what a scene is filled with, and how the engine holds it.
+use super::bodies::Bodies;
+use super::dough::Dough;
+use super::grains::GrainsSpec;
+use super::rigid::RigidSpec;
+use super::{DoughSpec, SceneSpec};
+use glam::DVec3;
+use rand_chacha::ChaCha8Rng;
+use rapier3d::prelude::{IntegrationParameters, PhysicsWorld};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
-/// An elastic, plastic solid: it springs back below its yield strain and keeps what exceeds it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialSpec {
-    /// Mass density ρ \[kg/m³\].
-    #[schemars(range(min = 1.0, max = 20000.0))]
-    pub density: f64,
-    /// Young's modulus E \[Pa\].
-    #[schemars(range(min = 100.0, max = 1e7))]
-    pub young_modulus: f64,
-    /// Poisson's ratio ν; 0.5 would be incompressible.
-    #[schemars(range(min = 0.0, max = 0.4999))]
-    pub poisson_ratio: f64,
-    /// Damping ratio of the elastic vibrations, 1 being critical.
-    #[schemars(range(min = 0.0, max = 100.0))]
-    pub damping_ratio: f64,
-    /// Strain beyond which deformation stays; 0 makes the material purely elastic.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub yield_strain: f64,
-    /// Rate at which strain beyond the yield becomes permanent \[1/s\].
-    #[schemars(range(min = 0.0, max = 1e6))]
-    pub creep_rate: f64,
-    /// Largest permanent strain along any direction, which keeps crushed dough from flowing to nothing.
-    #[schemars(range(min = 0.0, max = 0.95))]
-    pub largest_set: f64,
-    /// Coulomb friction coefficient against table and tools.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub friction: f64,
+/// Where a material goes: the part of a box that a predicate holds.
+pub struct Filling<'a> {
+    /// Corners of the box, before turning \[m\].
+    pub bounds: (DVec3, DVec3),
+    /// Whether a point is inside, before turning.
+    pub contains: &'a dyn Fn(DVec3) -> bool,
+    /// Turn about z \[rad\].
+    pub turn: f64,
+    /// Height above the table at which its lowest point begins \[m\].
+    pub raised: f64,
 }
 
-impl MaterialSpec {
-    /// Checks every number against its range.
+/// A kind of material.
+pub trait Material: Send + Sync {
+    /// Puts the material into the engine; what is drawn at random comes from `rng`.
     ///
     /// # Errors
-    /// A sentence naming the key whose value is impossible.
-    pub(super) fn check(&self) -> anyhow::Result<()> {
-        let ranges = [
-            ("density", self.density, 1.0, 2e4),
-            ("young_modulus", self.young_modulus, 100.0, 1e7),
-            ("poisson_ratio", self.poisson_ratio, 0.0, 0.4999),
-            ("damping_ratio", self.damping_ratio, 0.0, 100.0),
-            ("yield_strain", self.yield_strain, 0.0, 1.0),
-            ("creep_rate", self.creep_rate, 0.0, 1e6),
-            ("largest_set", self.largest_set, 0.0, 0.95),
-            ("friction", self.friction, 0.0, 10.0),
-        ];
-        for (key, value, low, high) in ranges {
-            anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-        }
-        Ok(())
-    }
+    /// A sentence saying why the region or the scene is impossible.
+    fn fill(
+        &self,
+        scene: &SceneSpec,
+        filling: &Filling<'_>,
+        physics: &mut PhysicsWorld,
+        rng: &mut ChaCha8Rng,
+    ) -> anyhow::Result<Matter>;
+    /// Coulomb friction coefficient against table and tools.
+    fn friction(&self) -> f64;
+    /// Changes the solver's parameters to what the material needs.
+    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters);
+    /// How long new material settles on the table \[s\].
+    fn settling(&self) -> f64;
+}
 
-    /// The engine's springs on a lattice of the given spacing \[m\].
-    ///
-    /// The engine asks for natural frequencies, which no scaling of lengths changes. An edge of length s between masses ρ s³
-    /// has stiffness E s, hence ω = √(2E/ρ)/s; a cell resists compression with the bulk modulus K = E / (3 (1 − 2ν)), hence
-    /// ω = √(K/ρ)/s. A lattice twice as fine is so twice as fast and as stiff.
-    pub(super) fn springs(&self, spacing: f64) -> SoftBodyMaterial {
-        let bulk = self.young_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio));
-        let spring = |modulus: f64| {
-            let frequency = (modulus / self.density).sqrt() / (TAU * spacing);
-            SpringCoefficients::new(frequency as Real, self.damping_ratio as Real)
-        };
-        SoftBodyMaterial {
-            volume_softness: spring(bulk),
-            edge_plastic_yield: self.yield_strain as Real,
-            edge_plastic_creep: self.creep_rate as Real,
-            edge_plastic_max: self.largest_set as Real,
-            ..SoftBodyMaterial::uniform(spring(2.0 * self.young_modulus))
-        }
-    }
+family! {
+    /// What a scene is made of.
+    MaterialSpec builds Box<dyn Material> { Dough(DoughSpec), Grains(GrainsSpec), Rigid(RigidSpec) }
+}
 
-    /// Mass of a volume \[m³\] in the engine's units.
-    pub(super) fn mass(&self, volume: f64) -> Real {
-        (self.density * volume * LENGTH.powi(3)) as Real
+/// A material in the engine: handles, which a snapshot keeps.
+#[derive(Clone, Serialize, Deserialize)]
+pub enum Matter {
+    /// A soft body.
+    Dough(Dough),
+    /// Rigid bodies.
+    Bodies(Bodies),
+}
+
+/// What the world asks of a material in the engine.
+pub(super) trait Substance {
+    /// All particles of the simulator \[m\].
+    fn positions(&self, physics: &PhysicsWorld) -> Vec<DVec3>;
+    /// Those on its surface \[m\].
+    fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3>;
+    /// Its volume \[m³\].
+    fn volume(&self, physics: &PhysicsWorld) -> f64;
+    /// Adds a velocity \[m/s\] to all of it.
+    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld);
+    /// Mends after a physics step what contacts left through the table.
+    fn lift(&self, _: &mut PhysicsWorld) {}
+    /// Has the next step read its particles anew, as after [`Substance::lift`]; a mark that no serialisation keeps.
+    fn refresh(&self, _: &mut PhysicsWorld) {}
+}
+
+impl Matter {
+    pub(super) fn substance(&self) -> &dyn Substance {
+        match self {
+            Self::Dough(dough) => dough,
+            Self::Bodies(bodies) => bodies,
+        }
     }
 }

@@ -1,36 +1,42 @@
-//! The ground truth: plastic dough on a table, worked by rigid tools, in Rapier.
+//! The ground truth: dough, grains or a rigid piece on a table, worked by rigid tools, in Rapier.
 //!
-//! The dough is one Rapier soft body: lattice cells cut into tetrahedra that keep their volume, and edges that flow
-//! plastically. A [`World`] belongs to one thread and holds everything that its future depends on, so that its clones and
+//! Dough is one Rapier soft body: lattice cells cut into tetrahedra that keep their volume, and edges that flow
+//! plastically. Grains and rigid pieces are rigid bodies. A [`World`] belongs to one thread and holds everything that its future depends on, so that its clones and
 //! its [snapshots](World::snapshot) continue bit for bit as it would.
 use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
 use crate::tool::Motion;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
+mod bodies;
 mod dough;
+mod dough_spec;
 mod engine;
+mod farthest;
+mod grains;
 mod hand;
 mod lattice;
 mod material;
+mod rigid;
 mod scale;
 mod snapshot;
 mod spec;
+
 mod start;
 
 use engine::Engine;
-use lattice::Lattice;
+use farthest::farthest;
 
-pub use material::MaterialSpec;
+pub use dough_spec::DoughSpec;
+pub use grains::{GrainSpec, GrainsSpec};
+pub use material::{Filling, Material, MaterialSpec};
+pub use rigid::RigidSpec;
 pub use spec::{SceneSpec, SolverSpec};
 pub use start::{BlockSpec, EllipsoidSpec, Region, Start, StartSpec};
 
-/// How long new dough settles on the table \[s\].
-const SETTLE: f64 = 0.5;
-
-/// A simulated table with dough and, between [`World::take`] and the next, a tool.
+/// A simulated table with some material and, between [`World::take`] and the next, a tool.
 #[derive(Clone)]
 pub struct World {
     engine: Engine,
@@ -45,58 +51,52 @@ pub struct World {
 }
 
 impl World {
-    /// Dough of a start drawn by `seed`, settled on the table.
+    /// The scene's material in a start drawn by `seed`, settled on the table.
     ///
     /// # Errors
     /// A sentence naming the key of `spec` that makes it impossible.
     pub fn new(spec: &SceneSpec, seed: u64) -> anyhow::Result<Self> {
-        let region = spec.start.clone().build()?.draw(&mut ChaCha8Rng::seed_from_u64(seed));
-        spec.check()?;
-        let mut lattice = Lattice::fill(&region.contains, region.bounds, spec.spacing)?;
-        let turn = DQuat::from_rotation_z(region.turn);
-        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner);
-        Self::settled(spec, &lattice)
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let Region { bounds, contains, turn } = spec.start.clone().build()?.draw(&mut rng);
+        Self::settled(spec, &Filling { bounds, contains: &*contains, turn, raised: 0.0 }, &mut rng)
     }
 
-    /// Dough that fills the part of the box `bounds` that `contains` holds, settled on the table.
+    /// The scene's material in the part of the box `bounds` that `contains` holds, settled on the table.
     ///
     /// # Errors
     /// A sentence saying why the region or `spec` is impossible.
     pub fn around(spec: &SceneSpec, contains: &dyn Fn(DVec3) -> bool, bounds: (DVec3, DVec3)) -> anyhow::Result<Self> {
-        spec.check()?;
-        Self::settled(spec, &Lattice::fill(contains, bounds, spec.spacing)?)
+        let filling = Filling { bounds, contains, turn: 0.0, raised: 0.0 };
+        Self::settled(spec, &filling, &mut ChaCha8Rng::seed_from_u64(0))
     }
 
-    fn settled(spec: &SceneSpec, lattice: &Lattice) -> anyhow::Result<Self> {
-        let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let mut world = Self::standing(spec, lattice, dough::skin(spec.spacing) - lowest)?;
-        for _ in 0..(SETTLE / spec.interval).ceil() as usize {
+    fn settled(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
+        let mut world = Self::standing(spec, filling, rng)?;
+        let settling = spec.material.clone().build()?.settling();
+        for _ in 0..(settling / spec.interval).ceil() as usize {
             world.step(&Control::default());
         }
         world.before = world.positions();
         Ok(world)
     }
 
-    /// Dough whose lattice is lifted by `lift` \[m\], at rest and not yet settled.
-    fn standing(spec: &SceneSpec, lattice: &Lattice, lift: f64) -> anyhow::Result<Self> {
+    /// The scene's material at rest where it is put, not yet settled.
+    ///
+    /// # Errors
+    /// A sentence saying why the region or `spec` is impossible.
+    pub fn standing(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
+        spec.check()?;
+        let engine = Engine::new(spec, filling, rng)?;
+        let all = engine.positions();
         anyhow::ensure!(
-            spec.particles <= lattice.corners.len(),
-            "the dough holds {} simulator particles, fewer than scene.particles = {}: choose a smaller scene.spacing",
-            lattice.corners.len(),
+            spec.particles <= all.len(),
+            "the material holds {} simulator particles, fewer than scene.particles = {}: choose a smaller scene.spacing",
+            all.len(),
             spec.particles
         );
-        let engine = Engine::new(spec, lattice, lift);
-        let chosen = dough::farthest(&lattice.corners, spec.particles);
-        let mut world = Self {
-            engine,
-            chosen,
-            before: Vec::new(),
-            poses: Vec::new(),
-            interval: spec.interval,
-            steps: spec.solver.steps,
-        };
-        world.before = world.positions();
-        Ok(world)
+        let chosen = farthest(&all, spec.particles);
+        let before = chosen.iter().map(|&i| all[i as usize]).collect();
+        Ok(Self { engine, chosen, before, poses: Vec::new(), interval: spec.interval, steps: spec.solver.steps })
     }
 
     /// The particles that models see: positions \[m\], and velocities \[m/s\] as the backward difference over the last control
@@ -109,15 +109,15 @@ impl World {
 
     /// All particles of the simulator \[m\].
     pub fn all_positions(&self) -> Vec<DVec3> {
-        self.engine.positions().collect()
+        self.engine.positions()
     }
 
-    /// Particles of the simulator on the dough's surface \[m\].
+    /// Particles of the simulator on the material's surface \[m\].
     pub fn surface(&self) -> Vec<DVec3> {
-        self.engine.surface().collect()
+        self.engine.surface()
     }
 
-    /// Volume of the dough \[m³\].
+    /// Volume of the material \[m³\].
     pub fn volume(&self) -> f64 {
         self.engine.volume()
     }
@@ -145,6 +145,11 @@ impl World {
         self.poses.iter_mut().zip(&control.poses).for_each(|(from, to)| *from = *to);
     }
 
+    /// Adds a velocity \[m/s\] to all of the material: a shove from outside.
+    pub fn kick(&mut self, velocity: DVec3) {
+        self.engine.kick(velocity);
+    }
+
     /// One tool action: [`World::take`], then every step; the states x₀ … x_H.
     pub fn execute(&mut self, tool: &Arc<ToolShape>, motion: &Motion) -> Rollout {
         self.take(tool, &motion.start);
@@ -170,46 +175,5 @@ impl World {
     fn positions(&self) -> Vec<DVec3> {
         let all = self.all_positions();
         self.chosen.iter().map(|&i| all[i as usize]).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn before_it_lands_dough_falls_as_everything_falls() {
-        let size = DVec3::new(0.05, 0.04, 0.03);
-        let spec = SceneSpec {
-            material: MaterialSpec {
-                density: 1200.0,
-                young_modulus: 2e4,
-                poisson_ratio: 0.499,
-                damping_ratio: 1.0,
-                yield_strain: 0.02,
-                creep_rate: 60.0,
-                largest_set: 0.8,
-                friction: 0.5,
-            },
-            start: StartSpec::Block(BlockSpec { x: [0.05; 2], y: [0.04; 2], z: [0.03; 2], turn: [0.0; 2] }),
-            spacing: 0.01,
-            particles: 10,
-            interval: 0.05,
-            solver: SolverSpec { steps: 10, substeps: 4, sweeps: 4 },
-        };
-        let lattice = Lattice::fill(&|_| true, (DVec3::ZERO, size), spec.spacing).unwrap();
-        let mut world = World::standing(&spec, &lattice, 0.5).unwrap();
-        let start = world.all_positions();
-        for i in 1..=5 {
-            world.step(&Control::default());
-            let time = i as f64 * spec.interval;
-            let fall = 0.5 * scale::GRAVITY * time * time;
-            // Semi-implicit Euler falls g t dt/2 too far.
-            let ahead = scale::GRAVITY * time * spec.interval / 80.0;
-            for (now, then) in world.all_positions().iter().zip(&start) {
-                let error = (*now - *then + DVec3::Z * fall).length();
-                assert!(error <= 1.02 * ahead + 1e-5, "{error} m off after {time} s, {ahead} expected");
-            }
-        }
     }
 }

@@ -4,18 +4,19 @@ use anyhow::ensure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Dough on a table.
+/// Material on a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
-    /// What the dough is made of, a file in `configs/material`.
+    /// What it is made of, a file in `configs/material`.
     pub material: MaterialSpec,
     /// Shape and size at the start, drawn by seed.
     pub start: StartSpec,
     /// Distance between neighbouring particles of the simulator \[m\].
     #[schemars(range(min = 0.002, max = 0.1))]
     pub spacing: f64,
-    /// Number of particles that models see: the farthest-point subset of the simulator's at the start.
+    /// Number of particles that models see: the farthest-point subset of the simulator's at the start. Of grains there are just as
+    /// many.
     #[schemars(range(min = 1))]
     pub particles: usize,
     /// Duration of a control step \[s\].
@@ -46,7 +47,7 @@ impl SceneSpec {
     /// # Errors
     /// A sentence naming the key whose value is impossible.
     pub(super) fn check(&self) -> anyhow::Result<()> {
-        self.material.check()?;
+        self.material.clone().build()?;
         let Self { spacing, particles, interval, solver, .. } = self;
         ensure!((0.002..=0.1).contains(spacing), "scene.spacing is {spacing} m; it must lie in [0.002, 0.1]");
         ensure!((0.001..=1.0).contains(interval), "scene.interval is {interval} s; it must lie in [0.001, 1]");

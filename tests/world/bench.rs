@@ -2,24 +2,28 @@
 use glam::{DQuat, DVec3};
 use pliant::state::{Control, Part, Pose, Solid, ToolShape};
 use pliant::tool::{Motion, Tool, ToolSpec, Workpiece};
-use pliant::world::{BlockSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
+use pliant::world::{BlockSpec, DoughSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+pub(crate) fn dough() -> DoughSpec {
+    DoughSpec {
+        density: 1200.0,
+        young_modulus: 5e3,
+        poisson_ratio: 0.499,
+        damping_ratio: 1.0,
+        yield_strain: 0.02,
+        creep_rate: 60.0,
+        largest_set: 0.8,
+        friction: 0.5,
+    }
+}
+
 pub(crate) fn spec() -> SceneSpec {
     SceneSpec {
-        material: MaterialSpec {
-            density: 1200.0,
-            young_modulus: 5e3,
-            poisson_ratio: 0.499,
-            damping_ratio: 1.0,
-            yield_strain: 0.02,
-            creep_rate: 60.0,
-            largest_set: 0.8,
-            friction: 0.5,
-        },
+        material: MaterialSpec::Dough(dough()),
         start: StartSpec::Block(BlockSpec { x: [0.06; 2], y: [0.06; 2], z: [0.03; 2], turn: [0.0; 2] }),
         spacing: 0.01,
         particles: 120,

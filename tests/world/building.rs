@@ -1,7 +1,11 @@
 //! How a world begins.
 use crate::bench::*;
 use glam::DVec3;
-use pliant::world::{BlockSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
+use pliant::config;
+use pliant::data::DatasetSpec;
+use pliant::state::Control;
+use pliant::world::{BlockSpec, DoughSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
+use rayon::prelude::*;
 
 #[test]
 fn dough_fills_a_perceived_region_where_it_lies() {
@@ -29,10 +33,10 @@ fn model_particles_spread_over_the_dough() {
 
 #[test]
 fn impossible_scenes_name_their_key() {
-    let material = |change: fn(&mut MaterialSpec)| {
-        let mut spec = spec();
-        change(&mut spec.material);
-        spec
+    let material = |change: fn(&mut DoughSpec)| {
+        let mut material = dough();
+        change(&mut material);
+        SceneSpec { material: MaterialSpec::Dough(material), ..spec() }
     };
     let wide = StartSpec::Block(BlockSpec { x: [0.06, 0.01], y: [0.06; 2], z: [0.03; 2], turn: [0.0; 2] });
     for (spec, key) in [
@@ -63,4 +67,21 @@ fn the_shipped_scene_builds_at_both_ends_of_its_ranges() {
         assert_eq!(world.particles().len(), shipped.particles);
     }
     assert_eq!(SceneSpec { start: spec().start, ..shipped }, spec(), "the tests measure what is shipped");
+}
+
+#[test]
+fn every_shipped_material_makes_a_scene_that_stays_on_the_table() {
+    let files = std::fs::read_dir("configs/material").unwrap();
+    let mut stems: Vec<_> =
+        files.map(|f| f.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned()).collect();
+    stems.sort();
+    stems.par_iter().for_each(|stem| {
+        let change = format!("scene.material={stem}");
+        let spec = config::load::<DatasetSpec>("configs/dataset/pile.toml".as_ref(), &[change]).unwrap().spec.scene;
+        let mut world = World::new(&spec, 5).unwrap();
+        (0..5).for_each(|_| world.step(&Control::default()));
+        for p in world.all_positions() {
+            assert!(p.is_finite() && p.z > -5e-4 && p.length() < 2.0, "{stem}: a particle at {p}");
+        }
+    });
 }

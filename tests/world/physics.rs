@@ -3,7 +3,7 @@ use crate::bench::*;
 use glam::DVec3;
 use pliant::state::{Control, Solid, ToolShape, TriangleMesh};
 use pliant::tool::Motion;
-use pliant::world::{EllipsoidSpec, MaterialSpec, SceneSpec, StartSpec, World};
+use pliant::world::{DoughSpec, EllipsoidSpec, MaterialSpec, SceneSpec, StartSpec, World};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -23,18 +23,18 @@ fn dough_rests_without_creeping() {
 
 #[test]
 fn dough_keeps_a_pressed_shape_and_rubber_does_not() {
-    let mut dough = World::new(&spec(), 1).unwrap();
-    let before = extent(&dough.all_positions());
-    dough.execute(&plate(), &down_to(0.015, 0.01));
-    let pressed = extent(&dough.all_positions());
+    let mut clay = World::new(&spec(), 1).unwrap();
+    let before = extent(&clay.all_positions());
+    clay.execute(&plate(), &down_to(0.015, 0.01));
+    let pressed = extent(&clay.all_positions());
     assert!(pressed.z < 0.75 * before.z, "pressed from {before} to {pressed}");
     assert!(pressed.x > 1.2 * before.x && pressed.y > 1.2 * before.y, "pressed from {before} to {pressed}");
     for _ in 0..10 {
-        dough.step(&Control::default());
+        clay.step(&Control::default());
     }
-    assert!((extent(&dough.all_positions()) - pressed).abs().max_element() < 1e-3, "it goes on flowing");
+    assert!((extent(&clay.all_positions()) - pressed).abs().max_element() < 1e-3, "it goes on flowing");
 
-    let elastic = MaterialSpec { yield_strain: 0.0, ..spec().material };
+    let elastic = MaterialSpec::Dough(DoughSpec { yield_strain: 0.0, ..dough() });
     let mut rubber = World::new(&SceneSpec { material: elastic, ..spec() }, 1).unwrap();
     let before = extent(&rubber.all_positions());
     rubber.execute(&plate(), &down_to(0.015, 0.01));
@@ -95,7 +95,7 @@ fn random_motions_of_every_tool_leak_nothing_tear_nothing_and_keep_the_volume() 
         let seed = i as u64;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let kind = EllipsoidSpec { x: [0.05, 0.07], y: [0.05, 0.07], z: [0.025, 0.04], turn: [0.0, 1.5] };
-        let start = if seed % 2 == 0 { spec().start } else { StartSpec::Ellipsoid(kind) };
+        let start = if seed.is_multiple_of(2) { spec().start } else { StartSpec::Ellipsoid(kind) };
         let mut world = World::new(&SceneSpec { start, particles: 60, ..spec() }, seed).unwrap();
         let (volume, mut farthest) = (world.volume(), 0.0f64);
         for _ in 0..2 {

@@ -43,6 +43,12 @@ impl Network {
         self.weights.iter().flat_map(|w| entries(w).iter().copied()).collect()
     }
 
+    /// Whether the output is zero whatever the input: the last layer is still what it starts as.
+    pub fn is_silent(&self) -> bool {
+        let (weight, bias) = self.layout.decoder.last;
+        [weight, bias].iter().all(|&slot| entries(&self.weights[slot]).iter().all(|w| *w == 0.0))
+    }
+
     /// Replaces the weights by `weights`, laid out as [`Network::weights`].
     ///
     /// # Panics

@@ -1,0 +1,42 @@
+//! Rigid bodies of the engine, each with the particles that ride on it.
+use super::material::Substance;
+use super::scale::{LENGTH, inward, outward};
+use glam::DVec3;
+use rapier3d::math::Vector;
+use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
+use serde::{Deserialize, Serialize};
+
+/// Rigid bodies in a fixed order.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub struct Bodies {
+    /// Each body, and its particles in its own frame in engine units.
+    pub(super) each: Vec<(RigidBodyHandle, Vec<Vector>)>,
+    /// Their common density \[kg/m³\].
+    pub(super) density: f64,
+}
+
+impl Substance for Bodies {
+    fn positions(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
+        let place = |(body, points): &(RigidBodyHandle, Vec<Vector>)| {
+            let pose = *physics.bodies[*body].position();
+            points.iter().map(move |p| outward(pose * *p)).collect::<Vec<_>>()
+        };
+        self.each.iter().flat_map(place).collect()
+    }
+
+    fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
+        self.positions(physics)
+    }
+
+    fn volume(&self, physics: &PhysicsWorld) -> f64 {
+        let mass = |(body, _): &(RigidBodyHandle, Vec<Vector>)| f64::from(physics.bodies[*body].mass());
+        self.each.iter().map(mass).sum::<f64>() / (self.density * LENGTH.powi(3))
+    }
+
+    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld) {
+        for (body, _) in &self.each {
+            let body = &mut physics.bodies[*body];
+            body.set_linvel(body.linvel() + inward(velocity), true);
+        }
+    }
+}
