@@ -1,8 +1,8 @@
 //! Projected gradient descent with Adam's scaling, from several starts at once.
 use super::best::Best;
+use super::starts::others;
 use super::{Objective, Plan, Planner, within};
 use anyhow::ensure;
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -72,14 +72,30 @@ struct Walker {
 
 impl Planner for Descent {
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
+        let middle = vec![0.5; objective.space().dimension()];
+        // Asked before any rollout is spent, and kept for the middle's own first step.
+        let known = objective.gradient(&within(objective.space(), &middle))?;
+        let mut best = Best::default();
+        let mut starts = vec![middle];
+        starts.extend(others(objective, self.spec.candidates - 1, self.spec.starts - 1, &mut best, rng));
+        self.descend(objective, starts, Some(known), &mut best);
+        best.into_plan()
+    }
+}
+
+impl Descent {
+    /// Descends from all `starts` \[fractions of the box\] at once; `known` is the first one's cost and gradient.
+    pub(super) fn descend(
+        &self,
+        objective: &dyn Objective,
+        starts: Vec<Vec<f64>>,
+        known: Option<(f64, Vec<f64>)>,
+        best: &mut Best,
+    ) {
         let (space, spec) = (objective.space(), &self.spec);
         let width: Vec<f64> = space.low.iter().zip(&space.high).map(|(low, high)| high - low).collect();
-        let middle = vec![0.5; space.dimension()];
-        // Asked before any rollout is spent, and kept for the middle's own first step.
-        let mut known = vec![Some(objective.gradient(&within(space, &middle))?)];
-        let mut best = Best::default();
-        let mut walkers = vec![Walker::at(middle)];
-        walkers.extend(self.others(objective, &mut best, rng).into_iter().map(Walker::at));
+        let mut known: Vec<_> = known.into_iter().map(Some).collect();
+        let mut walkers: Vec<_> = starts.into_iter().map(Walker::at).collect();
         for step in 0..spec.steps {
             let plans = places(&walkers, objective);
             let mut answers = std::mem::take(&mut known);
@@ -96,26 +112,6 @@ impl Planner for Descent {
         }
         let ends = places(&walkers, objective);
         objective.costs(&ends).iter().zip(&ends).for_each(|(cost, plan)| best.see(plan, *cost));
-        best.into_plan()
-    }
-}
-
-impl Descent {
-    /// Starts beside the middle of the box; candidates are costed only where there is a choice between them.
-    fn others(&self, objective: &dyn Objective, best: &mut Best, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
-        let (space, count) = (objective.space(), self.spec.starts - 1);
-        let mut drawn: Vec<Vec<f64>> =
-            (1..self.spec.candidates).map(|_| (0..space.dimension()).map(|_| rng.random::<f64>()).collect()).collect();
-        if drawn.len() > count && count > 0 {
-            let plans: Vec<_> = drawn.iter().map(|u| within(space, u)).collect();
-            let costs = objective.costs(&plans);
-            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
-            let mut order: Vec<usize> = (0..drawn.len()).filter(|&i| costs[i].is_finite()).collect();
-            order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
-            drawn = order.iter().map(|&i| drawn[i].clone()).collect();
-        }
-        drawn.truncate(count);
-        drawn
     }
 }
 

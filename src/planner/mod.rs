@@ -4,12 +4,29 @@ use rand_chacha::ChaCha8Rng;
 
 mod best;
 mod cem;
+mod covariance;
+mod covo;
 mod descent;
+mod grid;
+mod lbfgs;
+mod mppi;
+mod random;
+mod refine;
 mod sampler;
+mod starts;
+mod temperature;
 
 pub use cem::{Cem, CemSpec};
+pub use covariance::{Covariance, FloorSpec};
+pub use covo::{Covo, CovoSpec};
 pub use descent::{Descent, DescentSpec};
+pub use grid::{Grid, GridSpec};
+pub use lbfgs::{Lbfgs, LbfgsSpec};
+pub use mppi::{Mppi, MppiSpec};
+pub use random::{Random, RandomSpec};
+pub use refine::{Refine, RefineSpec};
 pub use sampler::Sampler;
+pub use temperature::TemperatureSpec;
 
 /// What a planner minimises.
 pub trait Objective: Sync {
@@ -48,7 +65,16 @@ pub trait Planner: Send + Sync {
 
 family! {
     /// Every planner that a config can name.
-    PlannerSpec builds Box<dyn Planner> { Cem(CemSpec), Descent(DescentSpec) }
+    PlannerSpec builds Box<dyn Planner> {
+        Random(RandomSpec),
+        Grid(GridSpec),
+        Cem(CemSpec),
+        Mppi(MppiSpec),
+        Covo(CovoSpec),
+        Descent(DescentSpec),
+        Lbfgs(LbfgsSpec),
+        Refine(RefineSpec),
+    }
 }
 
 /// The plan at fractions `unit` of the box, inside it to the last bit.

@@ -1,77 +1,27 @@
-//! Planners on functions whose minimum is known.
-use pliant::planner::{Objective, Plan, PlannerSpec};
+//! What must hold of every planner, and of the descents.
+use crate::field::*;
+use pliant::planner::Objective;
 use pliant::problem::{Budget, Metered};
-use pliant::state::{ActionSpace, stream};
 use std::sync::Mutex;
 
-/// A function on a box, its gradient where it has one.
-struct Field<F, G> {
-    space: ActionSpace,
-    value: F,
-    slope: Option<G>,
+#[test]
+fn every_planner_of_the_configs_is_tested_here() {
+    let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/planner")).unwrap();
+    let mut stems: Vec<_> =
+        files.map(|f| f.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned()).collect();
+    let mut all = ALL.map(String::from);
+    stems.sort();
+    all.sort();
+    assert_eq!(stems, all);
 }
-
-impl<F: Fn(&[f64]) -> f64 + Sync, G: Fn(&[f64]) -> Vec<f64> + Sync> Objective for Field<F, G> {
-    fn space(&self) -> &ActionSpace {
-        &self.space
-    }
-    fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
-        assert!(plans.iter().all(|p| self.space.contains(p)), "a plan left the box");
-        plans.iter().map(|p| (self.value)(p)).collect()
-    }
-    fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
-        assert!(self.space.contains(plan), "a plan left the box");
-        self.slope.as_ref().map(|slope| ((self.value)(plan), slope(plan)))
-    }
-}
-
-fn space(low: &[f64], high: &[f64]) -> ActionSpace {
-    let names = (0..low.len()).map(|i| format!("theta{i}")).collect();
-    ActionSpace { names, low: low.to_vec(), high: high.to_vec() }
-}
-
-/// `Σ wᵢ (θᵢ − cᵢ)²` with coordinates of very different widths; the last centre lies beyond the box.
-fn bowl() -> impl Objective {
-    let (centre, weight) = ([0.013, -1.1, 300.0], [1e4, 1.0, 1e-4]);
-    Field {
-        space: space(&[-0.02, -3.0, -100.0], &[0.03, 2.0, 200.0]),
-        value: move |x: &[f64]| (0..3).map(|i| weight[i] * (x[i] - centre[i]).powi(2)).sum::<f64>(),
-        slope: Some(move |x: &[f64]| (0..3).map(|i| 2.0 * weight[i] * (x[i] - centre[i])).collect::<Vec<f64>>()),
-    }
-}
-
-fn rosenbrock() -> impl Objective {
-    Field {
-        space: space(&[-2.0, -1.0], &[2.0, 3.0]),
-        value: |x: &[f64]| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2),
-        slope: Some(|x: &[f64]| {
-            let valley = x[1] - x[0] * x[0];
-            vec![-2.0 * (1.0 - x[0]) - 400.0 * x[0] * valley, 200.0 * valley]
-        }),
-    }
-}
-
-fn named(stem: &str, overrides: &str) -> PlannerSpec {
-    let path = format!("{}/configs/planner/{stem}.toml", env!("CARGO_MANIFEST_DIR"));
-    let mut table: toml_edit::DocumentMut = std::fs::read_to_string(path).unwrap().parse().unwrap();
-    for (key, value) in overrides.parse::<toml_edit::DocumentMut>().unwrap().iter() {
-        assert!(table.contains_key(key));
-        table[key] = value.clone();
-    }
-    toml_edit::de::from_document(table).unwrap()
-}
-
-fn run(spec: &PlannerSpec, objective: &dyn Objective, seed: u64) -> Option<Plan> {
-    spec.clone().build().unwrap().plan(objective, &mut stream(seed, &[1]))
-}
-
-const LONG_CEM: &str =
-    "samples = 100\nfewest = 100\nrounds = 60\nelites = 10\npatience = 20\ntolerance = 0.0\nsmoothing = 0.3";
-const LONG_DESCENT: &str = "steps = 4000\nlast_rate = 1e-5\nmomentum = 0.9\nmemory = 0.999";
 
 #[test]
 fn a_bowl_of_mixed_units_is_solved_with_its_optimum_on_the_boundary() {
-    for (stem, overrides) in [("cem", format!("{LONG_CEM}\nleast_spread = 0.0")), ("descent", LONG_DESCENT.into())] {
+    for (stem, overrides) in [
+        ("cem", format!("{LONG_CEM}\nleast_spread = 0.0")),
+        ("descent", LONG_DESCENT.into()),
+        ("lbfgs", LONG_LBFGS.into()),
+    ] {
         let plan = run(&named(stem, &overrides), &bowl(), 3).unwrap();
         let error = [(plan.theta[0] - 0.013) / 0.05, (plan.theta[1] + 1.1) / 5.0];
         assert!(error.iter().all(|e| e.abs() < 1e-4), "{stem}: {plan:?}");
@@ -83,7 +33,9 @@ fn a_bowl_of_mixed_units_is_solved_with_its_optimum_on_the_boundary() {
 fn the_curved_valley_is_followed_to_its_end() {
     // A Gaussian without correlations cannot lie along the valley: it arrives by jitter, and less far.
     let wide = format!("{LONG_CEM}\nleast_spread = 0.02");
-    for (stem, overrides, close) in [("cem", wide.as_str(), 0.05), ("descent", LONG_DESCENT, 1e-4)] {
+    for (stem, overrides, close) in
+        [("cem", wide.as_str(), 0.05), ("descent", LONG_DESCENT, 1e-4), ("lbfgs", LONG_LBFGS, 1e-12)]
+    {
         let plan = run(&named(stem, overrides), &rosenbrock(), 4).unwrap();
         assert!(plan.cost < close, "{stem}: {plan:?}");
     }
@@ -91,7 +43,7 @@ fn the_curved_valley_is_followed_to_its_end() {
 
 #[test]
 fn the_planners_of_configs_reach_a_bowl_within_a_hundredth_of_its_range() {
-    for stem in ["cem", "descent"] {
+    for stem in ["cem", "mppi", "covo", "descent", "lbfgs", "refine"] {
         for seed in 0..5 {
             let objective = bowl();
             let plan = run(&named(stem, ""), &objective, seed).unwrap();
@@ -103,11 +55,14 @@ fn the_planners_of_configs_reach_a_bowl_within_a_hundredth_of_its_range() {
 
 #[test]
 fn equal_seeds_give_equal_plans_and_the_promised_cost_is_the_cost() {
-    for stem in ["cem", "descent"] {
+    for stem in ALL {
         let spec = named(stem, "");
         let plan = run(&spec, &rosenbrock(), 5).unwrap();
         assert_eq!(Some(plan.clone()), run(&spec, &rosenbrock(), 5));
-        assert_ne!(plan.theta, run(&spec, &rosenbrock(), 6).unwrap().theta, "{stem}");
+        // A grid is the same for every seed, and L-BFGS ends in the minimum.
+        if !["grid", "lbfgs"].contains(&stem) {
+            assert_ne!(plan.theta, run(&spec, &rosenbrock(), 6).unwrap().theta, "{stem}");
+        }
         assert_eq!(rosenbrock().costs(std::slice::from_ref(&plan.theta)), [plan.cost]);
         assert!(plan.cost <= rosenbrock().costs(&[vec![0.0, 1.0]])[0], "{stem}: the middle is among the plans seen");
     }
@@ -121,7 +76,7 @@ fn plans_whose_cost_is_not_a_number_never_win_and_are_counted() {
             value: |x: &[f64]| if x[0] < 0.3 { bad } else { x[0] },
             slope: Some(|_: &[f64]| vec![1.0]),
         };
-        for stem in ["cem", "descent"] {
+        for stem in ALL {
             let metered = Metered::new(&half, Budget { rollouts: 10_000, gradient_price: 3, seconds: None }, &|| 0.0);
             let plan = run(&named(stem, ""), &metered, 1).unwrap();
             assert!(plan.theta[0] >= 0.3 && plan.cost < 0.4, "{stem} with {bad}: {plan:?}");
@@ -131,21 +86,21 @@ fn plans_whose_cost_is_not_a_number_never_win_and_are_counted() {
         }
     }
     let never = Field { space: space(&[0.0], &[1.0]), value: |_: &[f64]| f64::NAN, slope: Some(|_: &[f64]| vec![1.0]) };
-    for stem in ["cem", "descent"] {
+    for stem in ALL {
         assert_eq!(run(&named(stem, ""), &never, 1), None, "{stem}");
     }
 }
 
 #[test]
 fn the_budget_is_never_exceeded_and_ends_the_search_with_its_best() {
-    for stem in ["cem", "descent"] {
+    for stem in ALL {
         for rollouts in [0, 1, 7, 40, 41, 60, 99] {
             let objective = rosenbrock();
             let metered = Metered::new(&objective, Budget { rollouts, gradient_price: 4, seconds: None }, &|| 0.0);
             let plan = run(&named(stem, ""), &metered, 2);
             let spent = metered.spent();
             assert!(spent.rollouts + 4 * spent.gradients <= rollouts, "{stem}: {spent:?} of {rollouts}");
-            let least = if stem == "cem" { 1 } else { 4 };
+            let least = if BY_GRADIENT.contains(&stem) { 4 } else { 1 };
             assert_eq!(plan.is_some(), rollouts >= least, "{stem} with {rollouts}");
             if let Some(plan) = plan {
                 assert_eq!(objective.costs(std::slice::from_ref(&plan.theta)), [plan.cost]);
@@ -155,12 +110,16 @@ fn the_budget_is_never_exceeded_and_ends_the_search_with_its_best() {
 }
 
 #[test]
-fn descent_has_no_plan_without_a_gradient_and_spends_nothing_on_finding_out() {
+fn without_a_gradient_descents_have_no_plan_and_spend_nothing_on_finding_out() {
     let flat = Field { space: space(&[0.0], &[1.0]), value: |x: &[f64]| x[0], slope: None::<fn(&[f64]) -> Vec<f64>> };
-    let metered = Metered::new(&flat, Budget { rollouts: 100, gradient_price: 4, seconds: None }, &|| 0.0);
-    assert_eq!(run(&named("descent", ""), &metered, 1), None);
-    assert_eq!((metered.spent().rollouts, metered.spent().gradients), (0, 0));
-    assert!(run(&named("cem", ""), &metered, 1).unwrap().cost < 0.05);
+    for stem in ALL {
+        let metered = Metered::new(&flat, Budget { rollouts: 1000, gradient_price: 4, seconds: None }, &|| 0.0);
+        let plan = run(&named(stem, ""), &metered, 1);
+        assert_eq!(metered.spent().gradients, 0, "{stem}");
+        assert_eq!(plan.is_none(), BY_GRADIENT.contains(&stem), "{stem}");
+        assert_eq!(metered.spent().rollouts == 0, BY_GRADIENT.contains(&stem), "{stem}");
+        assert!(plan.is_none_or(|plan| plan.cost < 0.05), "{stem}");
+    }
 }
 
 #[test]
@@ -197,6 +156,14 @@ fn impossible_configs_are_sentences_that_name_the_key() {
         ("descent", "last_rate = 0.5", "last_rate"),
         ("descent", "momentum = 1.0", "momentum"),
         ("descent", "steps = 0", "steps"),
+        ("random", "samples = 0", "samples"),
+        ("grid", "samples = 0", "samples"),
+        ("mppi", "shrink = 0.0", "shrink"),
+        ("mppi", "temperature = { kind = 'adapted', share = 1.0 }", "temperature.share"),
+        ("mppi", "temperature = { kind = 'fixed', value = 0.0 }", "temperature.value"),
+        ("covo", "reach = 0.5", "reach"),
+        ("covo", "floor = { kind = 'relative', share = 0.0 }", "floor.share"),
+        ("lbfgs", "memory = 0", "memory"),
     ];
     for (stem, overrides, key) in cases {
         let error = named(stem, overrides).build().err().unwrap_or_else(|| panic!("{overrides} was accepted"));

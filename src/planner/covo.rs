@@ -1,0 +1,105 @@
+//! MPPI whose samples follow the cost's curvature.
+use super::best::Best;
+use super::{Covariance, FloorSpec, MppiSpec, Objective, Plan, Planner, within};
+use rand_chacha::ChaCha8Rng;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Config of [`Covo`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CovoSpec {
+    /// Samples, rounds, spread and temperature.
+    pub mppi: MppiSpec,
+    /// Reach of the differences that the Hessian is made of \[fraction of the box\].
+    #[schemars(range(min = 0.0, max = 0.25))]
+    pub reach: f64,
+    /// What keeps directions without curvature in bounds.
+    pub floor: FloorSpec,
+}
+
+/// CoVO-MPC (Yi et al. 2024): MPPI with `Σ ∝ R^{-1/2}` at the determinant of `σ² I`, R the cost's Hessian at the mean.
+///
+/// With gradients R is their central difference, 2 D gradients a round; without, that of the costs, 2 D² + 1 rollouts a round. Both
+/// go through the objective, which counts them.
+#[derive(Clone, Debug)]
+pub struct Covo {
+    spec: CovoSpec,
+}
+
+impl CovoSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Covo> {
+        self.mppi.check()?;
+        self.floor.check()?;
+        let reach = self.reach;
+        anyhow::ensure!(reach > 0.0 && reach <= 0.25, "planner.reach must lie in (0, 0.25], got {reach}");
+        Ok(Covo { spec: self })
+    }
+}
+
+impl Planner for Covo {
+    fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
+        let (space, spec) = (objective.space(), &self.spec.mppi);
+        let (mut mean, mut best) = (vec![0.5; space.dimension()], Best::default());
+        for round in 0..spec.rounds {
+            if objective.exhausted() {
+                break;
+            }
+            let hessian = self.hessian(objective, &mean, &mut best);
+            let covariance = Covariance::of(&hessian, spec.deviation(round), &self.spec.floor);
+            let noise = spec.noise(mean.len(), rng);
+            let around = |e: &Vec<f64>| mean.iter().zip(covariance.colour(e)).map(|(m, e)| m + e).collect();
+            let mut samples: Vec<Vec<f64>> = std::iter::once(mean.clone()).chain(noise.iter().map(around)).collect();
+            samples.iter_mut().flatten().for_each(|u| *u = u.clamp(0.0, 1.0));
+            let plans: Vec<_> = samples.iter().map(|u| within(space, u)).collect();
+            let costs = objective.costs(&plans);
+            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+            mean = spec.moved(mean, &samples, &costs);
+        }
+        best.into_plan()
+    }
+}
+
+impl Covo {
+    /// `∂²J/∂u²` around `mean`, moved inside the box by the differences' reach; not a number where the budget ended.
+    fn hessian(&self, objective: &dyn Objective, mean: &[f64], best: &mut Best) -> Vec<f64> {
+        let (space, h) = (objective.space(), self.spec.reach);
+        let centre: Vec<f64> = mean.iter().map(|u| u.clamp(h, 1.0 - h)).collect();
+        let at = |nudges: &[(usize, f64)]| {
+            let mut unit = centre.clone();
+            nudges.iter().for_each(|(axis, by)| unit[*axis] += by);
+            within(space, &unit)
+        };
+        let (dimension, width) = (mean.len(), |axis: usize| space.high[axis] - space.low[axis]);
+        let plans: Vec<_> = (0..dimension).flat_map(|i| [at(&[(i, h)]), at(&[(i, -h)])]).collect();
+        let slopes = objective.gradients(&plans);
+        if slopes.iter().any(Option::is_some) {
+            let row = |i: usize, j: usize| match (&slopes[2 * i], &slopes[2 * i + 1]) {
+                (Some((_, ahead)), Some((_, behind))) => (ahead[j] - behind[j]) * width(j) / (2.0 * h),
+                _ => f64::NAN,
+            };
+            let seen = slopes.iter().zip(&plans).filter_map(|(slope, plan)| slope.as_ref().map(|s| (plan, s.0)));
+            seen.for_each(|(plan, cost)| best.see(plan, cost));
+            return (0..dimension * dimension).map(|k| row(k / dimension, k % dimension)).collect();
+        }
+        // J(c), J(c ± hᵢ), and J(c ± hᵢ ± hⱼ) for i < j: 1 + 2 D + 4 D (D − 1)/2 = 2 D² + 1.
+        let pairs: Vec<(usize, usize)> = (0..dimension).flat_map(|i| (i + 1..dimension).map(move |j| (i, j))).collect();
+        let corners = pairs
+            .iter()
+            .flat_map(|&(i, j)| [(h, h), (h, -h), (-h, h), (-h, -h)].map(|(by_i, by_j)| at(&[(i, by_i), (j, by_j)])));
+        let all: Vec<_> = std::iter::once(at(&[])).chain(plans).chain(corners).collect();
+        let costs = objective.costs(&all);
+        all.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+        let mut hessian = vec![0.0; dimension * dimension];
+        for i in 0..dimension {
+            hessian[i * dimension + i] = (costs[1 + 2 * i] - 2.0 * costs[0] + costs[2 + 2 * i]) / (h * h);
+        }
+        for (k, &(i, j)) in pairs.iter().enumerate() {
+            let c = &costs[1 + 2 * dimension + 4 * k..][..4];
+            let mixed = (c[0] - c[1] - c[2] + c[3]) / (4.0 * h * h);
+            hessian[i * dimension + j] = mixed;
+            hessian[j * dimension + i] = mixed;
+        }
+        hessian
+    }
+}

@@ -1,0 +1,4 @@
+//! Planners on functions whose minimum is known.
+mod curvature;
+mod field;
+mod search;
