@@ -27,7 +27,7 @@
 //! | [`state`] | the nouns: particles, poses, solids, scenes, controls, rollouts, and their gradients |
 //! | [`shape`] | goal shapes, point clouds and meshes: letters, primitives, readers, sampling |
 //! | [`tool`] | motion primitives: θ in a box becomes a path of rigid parts |
-//! | [`world`] | the ground truth in Rapier: plastic dough, rigid tools, snapshots |
+//! | [`world`] | the ground truth in Rapier: dough, grains, rigid pieces, tools, snapshots |
 //! | [`perception`] | observations → particles |
 //! | [`graph`] | typed edges between particles, tool and floor |
 //! | [`model`] | world models: laws, written or learned, and their exact gradients |

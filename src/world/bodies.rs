@@ -15,6 +15,16 @@ pub struct Bodies {
     pub(super) density: f64,
 }
 
+/// Checks the constants that every kind of rigid body has.
+pub(super) fn check(density: f64, friction: f64, restitution: f64) -> anyhow::Result<()> {
+    for (key, value, low, high) in
+        [("density", density, 1.0, 2e4), ("friction", friction, 0.0, 10.0), ("restitution", restitution, 0.0, 1.0)]
+    {
+        anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
+    }
+    Ok(())
+}
+
 impl Substance for Bodies {
     fn positions(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
         let place = |(body, points): &(RigidBodyHandle, Vec<Vector>)| {

@@ -1,6 +1,6 @@
 //! Granular material: loose rigid grains, one particle each.
 use super::SceneSpec;
-use super::bodies::Bodies;
+use super::bodies::{self, Bodies};
 use super::material::{Filling, Material, Matter};
 use super::scale::{inward, length};
 use anyhow::{Context, ensure};
@@ -118,13 +118,7 @@ impl GrainsSpec {
         if let GrainSpec::Hull { corners, .. } = self.grain {
             ensure!((6..=64).contains(&corners), "material.grain.corners is {corners}; it must lie in [6, 64]");
         }
-        for (key, value, low, high) in [
-            ("density", self.density, 1.0, 2e4),
-            ("friction", self.friction, 0.0, 10.0),
-            ("restitution", self.restitution, 0.0, 1.0),
-        ] {
-            ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-        }
+        bodies::check(self.density, self.friction, self.restitution)?;
         Ok(self)
     }
 }

@@ -1,10 +1,10 @@
 //! A rigid piece: one body, many particles that share its pose.
 use super::SceneSpec;
-use super::bodies::Bodies;
+use super::bodies::{self, Bodies};
 use super::lattice::Lattice;
 use super::material::{Filling, Material, Matter};
 use super::scale::inward;
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use glam::{DQuat, DVec3};
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
@@ -32,13 +32,7 @@ impl RigidSpec {
     /// # Errors
     /// A sentence naming the key whose value is impossible.
     pub fn build(self) -> anyhow::Result<impl Material> {
-        for (key, value, low, high) in [
-            ("density", self.density, 1.0, 2e4),
-            ("friction", self.friction, 0.0, 10.0),
-            ("restitution", self.restitution, 0.0, 1.0),
-        ] {
-            ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-        }
+        bodies::check(self.density, self.friction, self.restitution)?;
         Ok(self)
     }
 }
