@@ -44,7 +44,8 @@ impl TemperatureSpec {
                 let finite = costs.iter().filter(|c| c.is_finite());
                 let (count, most) = finite.fold((0.0, least), |(n, m): (f64, f64), c| (n + 1.0, m.max(*c)));
                 let wanted = (share * count).max(1.0);
-                let spread = (most - least).max(f64::MIN_POSITIVE);
+                // Equal costs weigh equally at any temperature.
+                let spread = if most > least { most - least } else { 1.0 };
                 // The effective number grows with λ: bisection between far too cold and far too hot.
                 let (mut low, mut high) = (1e-9 * spread, 1e9 * spread);
                 for _ in 0..80 {
