@@ -1,5 +1,5 @@
 //! The best plan seen so far.
-use super::Plan;
+use super::{Objective, Plan, within};
 
 /// Keeps the cheapest of the plans it is shown; of equals the first, and none whose cost is not finite.
 #[derive(Default)]
@@ -10,6 +10,21 @@ impl Best {
         if cost.is_finite() && cost < self.cost() {
             self.0 = Some(Plan { theta: theta.to_vec(), cost });
         }
+    }
+
+    /// The costs of `plans`, `∞` where they are not finite; each plan is seen.
+    pub(super) fn costs(&mut self, objective: &dyn Objective, plans: &[Vec<f64>]) -> Vec<f64> {
+        let finite = |cost: f64| if cost.is_finite() { cost } else { f64::INFINITY };
+        let costs: Vec<f64> = objective.costs(plans).into_iter().map(finite).collect();
+        plans.iter().zip(&costs).for_each(|(plan, cost)| self.see(plan, *cost));
+        costs
+    }
+
+    /// The costs of `samples` \[fractions of the box\], which are moved into the box first.
+    pub(super) fn shoot(&mut self, objective: &dyn Objective, samples: &mut [Vec<f64>]) -> Vec<f64> {
+        samples.iter_mut().flatten().for_each(|u| *u = u.clamp(0.0, 1.0));
+        let plans: Vec<_> = samples.iter().map(|u| within(objective.space(), u)).collect();
+        self.costs(objective, &plans)
     }
 
     /// Its cost; `∞` before any finite one.

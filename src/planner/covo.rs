@@ -39,21 +39,16 @@ impl CovoSpec {
 
 impl Planner for Covo {
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
-        let (space, spec) = (objective.space(), &self.spec.mppi);
-        let (mut mean, mut best) = (vec![0.5; space.dimension()], Best::default());
+        let spec = &self.spec.mppi;
+        let (mut mean, mut best) = (vec![0.5; objective.space().dimension()], Best::default());
         for round in 0..spec.rounds {
             if objective.exhausted() {
                 break;
             }
             let hessian = self.hessian(objective, &mean, &mut best);
             let covariance = Covariance::of(&hessian, spec.deviation(round), &self.spec.floor);
-            let noise = spec.noise(mean.len(), rng);
-            let around = |e: &Vec<f64>| mean.iter().zip(covariance.colour(e)).map(|(m, e)| m + e).collect();
-            let mut samples: Vec<Vec<f64>> = std::iter::once(mean.clone()).chain(noise.iter().map(around)).collect();
-            samples.iter_mut().flatten().for_each(|u| *u = u.clamp(0.0, 1.0));
-            let plans: Vec<_> = samples.iter().map(|u| within(space, u)).collect();
-            let costs = objective.costs(&plans);
-            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+            let mut samples = spec.samples(&mean, |noise| covariance.colour(noise), rng);
+            let costs = best.shoot(objective, &mut samples);
             mean = spec.moved(mean, &samples, &costs);
         }
         best.into_plan()
@@ -70,16 +65,20 @@ impl Covo {
             nudges.iter().for_each(|(axis, by)| unit[*axis] += by);
             within(space, &unit)
         };
-        let (dimension, width) = (mean.len(), |axis: usize| space.high[axis] - space.low[axis]);
+        let dimension = mean.len();
         let plans: Vec<_> = (0..dimension).flat_map(|i| [at(&[(i, h)]), at(&[(i, -h)])]).collect();
         let slopes = objective.gradients(&plans);
         if slopes.iter().any(Option::is_some) {
+            slopes
+                .iter()
+                .zip(&plans)
+                .filter_map(|(s, plan)| Some((plan, s.as_ref()?.0)))
+                .for_each(|(p, c)| best.see(p, c));
+            let slopes: Vec<_> = slopes.iter().map(|s| s.as_ref().map(|(_, g)| space.by_unit(g))).collect();
             let row = |i: usize, j: usize| match (&slopes[2 * i], &slopes[2 * i + 1]) {
-                (Some((_, ahead)), Some((_, behind))) => (ahead[j] - behind[j]) * width(j) / (2.0 * h),
+                (Some(ahead), Some(behind)) => (ahead[j] - behind[j]) / (2.0 * h),
                 _ => f64::NAN,
             };
-            let seen = slopes.iter().zip(&plans).filter_map(|(slope, plan)| slope.as_ref().map(|s| (plan, s.0)));
-            seen.for_each(|(plan, cost)| best.see(plan, cost));
             return (0..dimension * dimension).map(|k| row(k / dimension, k % dimension)).collect();
         }
         // J(c), J(c ± hᵢ), and J(c ± hᵢ ± hⱼ) for i < j: 1 + 2 D + 4 D (D − 1)/2 = 2 D² + 1.
@@ -88,8 +87,7 @@ impl Covo {
             .iter()
             .flat_map(|&(i, j)| [(h, h), (h, -h), (-h, h), (-h, -h)].map(|(by_i, by_j)| at(&[(i, by_i), (j, by_j)])));
         let all: Vec<_> = std::iter::once(at(&[])).chain(plans).chain(corners).collect();
-        let costs = objective.costs(&all);
-        all.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+        let costs = best.costs(objective, &all);
         let mut hessian = vec![0.0; dimension * dimension];
         for i in 0..dimension {
             hessian[i * dimension + i] = (costs[1 + 2 * i] - 2.0 * costs[0] + costs[2 + 2 * i]) / (h * h);

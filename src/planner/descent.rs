@@ -1,7 +1,7 @@
 //! Projected gradient descent with Adam's scaling, from several starts at once.
 use super::best::Best;
 use super::starts::others;
-use super::{Objective, Plan, Planner, within};
+use super::{Objective, Plan, Planner, starts, within};
 use anyhow::ensure;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -37,11 +37,7 @@ pub struct DescentSpec {
 impl DescentSpec {
     pub(crate) fn build(self) -> anyhow::Result<Descent> {
         let Self { candidates, starts, steps, rate, last_rate, .. } = self;
-        ensure!(starts >= 1, "planner.starts must be at least 1");
-        ensure!(
-            candidates >= starts,
-            "planner.candidates = {candidates} is less than planner.starts = {starts}: every start is a candidate"
-        );
+        starts::check(candidates, starts)?;
         ensure!(steps >= 1, "planner.steps must be at least 1");
         ensure!(rate > 0.0 && rate <= 1.0, "planner.rate must lie in (0, 1], got {rate}");
         ensure!(
@@ -93,7 +89,6 @@ impl Descent {
         best: &mut Best,
     ) {
         let (space, spec) = (objective.space(), &self.spec);
-        let width: Vec<f64> = space.low.iter().zip(&space.high).map(|(low, high)| high - low).collect();
         let mut known: Vec<_> = known.into_iter().map(Some).collect();
         let mut walkers: Vec<_> = starts.into_iter().map(Walker::at).collect();
         for step in 0..spec.steps {
@@ -106,12 +101,11 @@ impl Descent {
             walkers.retain_mut(|walker| {
                 let Some((Some((cost, gradient)), plan)) = answers.next() else { return false };
                 best.see(plan, cost);
-                let slope: Vec<f64> = gradient.iter().zip(&width).map(|(g, w)| g * w).collect();
+                let slope = space.by_unit(&gradient);
                 cost.is_finite() && slope.iter().all(|s| s.is_finite()) && walker.step(&slope, step, rate, spec)
             });
         }
-        let ends = places(&walkers, objective);
-        objective.costs(&ends).iter().zip(&ends).for_each(|(cost, plan)| best.see(plan, *cost));
+        best.costs(objective, &places(&walkers, objective));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Projected L-BFGS from several starts.
 use super::best::Best;
 use super::starts::others;
-use super::{Objective, Plan, Planner, within};
+use super::{Objective, Plan, Planner, starts, within};
 use anyhow::ensure;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -42,11 +42,7 @@ const FALL: f64 = 1e-4;
 impl LbfgsSpec {
     pub(crate) fn build(self) -> anyhow::Result<Lbfgs> {
         let Self { candidates, starts, steps, memory, rate } = self;
-        ensure!(starts >= 1, "planner.starts must be at least 1");
-        ensure!(
-            candidates >= starts,
-            "planner.candidates = {candidates} is less than planner.starts = {starts}: every start is a candidate"
-        );
+        starts::check(candidates, starts)?;
         ensure!(steps >= 1, "planner.steps must be at least 1");
         ensure!(memory >= 1, "planner.memory must be at least 1");
         ensure!(rate > 0.0 && rate <= 1.0, "planner.rate must lie in (0, 1], got {rate}");
@@ -76,8 +72,7 @@ fn slope(objective: &dyn Objective, unit: &[f64], best: &mut Best) -> Option<(f6
     let plan = within(space, unit);
     let (cost, gradient) = objective.gradient(&plan)?;
     best.see(&plan, cost);
-    let width = space.low.iter().zip(&space.high).map(|(low, high)| high - low);
-    let slope: Vec<f64> = gradient.iter().zip(width).map(|(g, w)| g * w).collect();
+    let slope = space.by_unit(&gradient);
     (cost.is_finite() && slope.iter().all(|s| s.is_finite())).then_some((cost, slope))
 }
 

@@ -53,10 +53,18 @@ impl MppiSpec {
         self.spread * self.shrink.powi(round.min(i32::MAX as usize) as i32)
     }
 
-    /// Standard normal numbers for every sample but the first, which is the mean.
-    pub(super) fn noise(&self, dimension: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
-        let mut draw = || (0..dimension).map(|_| rng.sample::<f64, _>(StandardNormal)).collect();
-        (1..self.samples).map(|_| draw()).collect()
+    /// The mean, and around it standard normal noise that `colour` has made the wanted covariance's.
+    pub(super) fn samples(
+        &self,
+        mean: &[f64],
+        colour: impl Fn(&[f64]) -> Vec<f64>,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<Vec<f64>> {
+        let mut draw = |_| {
+            let noise: Vec<f64> = mean.iter().map(|_| rng.sample(StandardNormal)).collect();
+            mean.iter().zip(colour(&noise)).map(|(m, e)| m + e).collect()
+        };
+        std::iter::once(mean.to_vec()).chain((1..self.samples).map(&mut draw)).collect()
     }
 
     /// The weighted mean of `samples`, or `mean` where no cost is finite.
@@ -79,9 +87,7 @@ impl Sampler for Mppi {
 
     fn sample(&self, mean: &Vec<f64>, round: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
         let deviation = self.spec.deviation(round);
-        let noise = self.spec.noise(mean.len(), rng);
-        let around = |e: &Vec<f64>| mean.iter().zip(e).map(|(m, e)| m + deviation * e).collect();
-        std::iter::once(mean.clone()).chain(noise.iter().map(around)).collect()
+        self.spec.samples(mean, |noise| noise.iter().map(|e| deviation * e).collect(), rng)
     }
 
     fn update(&self, mean: Vec<f64>, samples: &[Vec<f64>], costs: &[f64]) -> Vec<f64> {

@@ -35,10 +35,7 @@ impl Planner for Refine {
         best.see(&middle, objective.gradient(&middle)?.0);
         if let Some(found) = self.search.plan(objective, rng) {
             best.see(&found.theta, found.cost);
-            let place =
-                |((x, low), high): ((&f64, &f64), &f64)| if high > low { (x - low) / (high - low) } else { 0.5 };
-            let unit = found.theta.iter().zip(&space.low).zip(&space.high).map(place).collect();
-            self.descent.descend(objective, vec![unit], None, &mut best);
+            self.descent.descend(objective, vec![space.unit(&found.theta)], None, &mut best);
         }
         best.into_plan()
     }

@@ -1,6 +1,6 @@
 //! Planners that draw samples and move a distribution: one loop for all of them.
 use super::best::Best;
-use super::{Objective, Plan, Planner, within};
+use super::{Objective, Plan, Planner};
 use rand_chacha::ChaCha8Rng;
 
 /// What tells one sampling planner from another. Samples are fractions of the box: `0` its low end, `1` its high end.
@@ -19,16 +19,11 @@ pub trait Sampler: Send + Sync {
 
 impl<S: Sampler> Planner for S {
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
-        let space = objective.space();
-        let mut params = self.init(space.dimension());
+        let mut params = self.init(objective.space().dimension());
         let (mut best, mut least) = (Best::default(), Vec::new());
         while !self.done(&least) && !objective.exhausted() {
             let mut samples = self.sample(&params, least.len(), rng);
-            samples.iter_mut().flatten().for_each(|u| *u = u.clamp(0.0, 1.0));
-            let plans: Vec<_> = samples.iter().map(|u| within(space, u)).collect();
-            let finite = |cost: f64| if cost.is_finite() { cost } else { f64::INFINITY };
-            let costs: Vec<f64> = objective.costs(&plans).into_iter().map(finite).collect();
-            plans.iter().zip(&costs).for_each(|(plan, cost)| best.see(plan, *cost));
+            let costs = best.shoot(objective, &mut samples);
             least.push(best.cost());
             params = self.update(params, &samples, &costs);
         }

@@ -1,27 +1,35 @@
 //! Farthest point sampling.
 use glam::DVec3;
 
-/// Numbers of `count` of the `points` (all, when there are fewer), each the farthest from those before it.
-///
-/// Starts at the point farthest from the centroid; ties go to the lower number. O(N · count) (Eldar, Lindenbaum, Porat &
-/// Zeevi 1997).
+/// [`farthest_points_from`] the point farthest from the centroid.
 pub fn farthest_points(points: &[DVec3], count: usize) -> Vec<usize> {
-    let count = count.min(points.len());
     let centroid = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
-    let mut gap: Vec<f64> = points.iter().map(|p| p.distance_squared(centroid)).collect();
+    let gap: Vec<f64> = points.iter().map(|p| p.distance_squared(centroid)).collect();
+    farthest_points_from(points, widest(&gap), count)
+}
+
+/// Numbers of `count` of the `points` (all, when there are fewer): `first`, then each the farthest from those before it.
+///
+/// Ties go to the lower number. O(N · count) (Eldar, Lindenbaum, Porat & Zeevi 1997).
+pub fn farthest_points_from(points: &[DVec3], first: usize, count: usize) -> Vec<usize> {
+    let count = count.min(points.len());
+    let mut gap = vec![f64::INFINITY; points.len()];
     let mut chosen = Vec::with_capacity(count);
+    let mut next = first;
     while chosen.len() < count {
-        let next = (0..points.len()).fold(0, |best, i| if gap[i] > gap[best] { i } else { best });
-        let first = chosen.is_empty();
         for (gap, point) in gap.iter_mut().zip(points) {
-            let distance = point.distance_squared(points[next]);
-            *gap = if first { distance } else { gap.min(distance) };
+            *gap = gap.min(point.distance_squared(points[next]));
         }
         // Below every distance, so that coinciding points are still taken once each.
         gap[next] = -1.0;
         chosen.push(next);
+        next = widest(&gap);
     }
     chosen
+}
+
+fn widest(gap: &[f64]) -> usize {
+    (0..gap.len()).fold(0, |best, i| if gap[i] > gap[best] { i } else { best })
 }
 
 #[cfg(test)]

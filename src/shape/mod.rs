@@ -19,7 +19,7 @@ mod stl;
 
 pub use cloud::CloudSpec;
 pub use extruded::{Extruded, Outline};
-pub use farthest::farthest_points;
+pub use farthest::{farthest_points, farthest_points_from};
 pub use fill::{FillSpec, Filled};
 pub use letter::{Glyph, LetterSpec, letter};
 pub use poisson::poisson_disk;

@@ -30,6 +30,17 @@ impl ActionSpace {
         unit.iter().zip(self.low.iter().zip(&self.high)).map(|(u, (low, high))| low + u * (high - low)).collect()
     }
 
+    /// The fractions of the box at which `theta` lies; a half along an axis without room.
+    pub fn unit(&self, theta: &[f64]) -> Vec<f64> {
+        let place = |((x, low), high): ((&f64, &f64), &f64)| if high > low { (x - low) / (high - low) } else { 0.5 };
+        theta.iter().zip(&self.low).zip(&self.high).map(place).collect()
+    }
+
+    /// `∂J/∂u` from `∂J/∂θ` for fractions u of the box.
+    pub fn by_unit(&self, gradient: &[f64]) -> Vec<f64> {
+        gradient.iter().zip(self.low.iter().zip(&self.high)).map(|(g, (low, high))| g * (high - low)).collect()
+    }
+
     /// Whether `theta` has the box's dimension and lies inside it.
     pub fn contains(&self, theta: &[f64]) -> bool {
         theta.len() == self.dimension()

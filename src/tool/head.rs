@@ -1,11 +1,13 @@
 //! The geometry of a tool's head as a config describes it.
 use super::{SolidSpec, ToolSpec};
-use crate::state::Part;
+use crate::state::{Part, ToolShape};
 use anyhow::ensure;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A rigid head: its solid, and how densely its surface is sampled for graphs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,6 +29,23 @@ impl HeadSpec {
         ensure!(self.spacing > 0.0, "`spacing` is {}: surface samples need a positive distance [m]", self.spacing);
         let solid = self.solid.build()?;
         Ok(Part { surface: solid.surface(self.spacing), solid })
+    }
+}
+
+/// The only part of a tool.
+#[derive(Clone, Debug)]
+pub(super) struct Head {
+    /// The tool's geometry.
+    pub(super) shape: Arc<ToolShape>,
+    /// Its half extents \[m\].
+    pub(super) half: DVec3,
+}
+
+impl HeadSpec {
+    /// The tool that this head alone makes.
+    pub(super) fn alone(self) -> anyhow::Result<Head> {
+        let part = self.build()?;
+        Ok(Head { half: part.solid.half_extents(), shape: Arc::new(ToolShape { parts: vec![part] }) })
     }
 }
 

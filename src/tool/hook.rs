@@ -1,7 +1,7 @@
 //! A hook that comes down behind the material, pulls it, and lifts.
+use super::head::Head;
 use super::leg::{Leg, along};
-use super::push::across;
-use super::{HeadSpec, Motion, Tool, Workpiece};
+use super::{HeadSpec, Motion, Tool, Workpiece, stroke};
 use crate::state::{ActionSpace, Control, Pose, ToolShape};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
@@ -48,8 +48,7 @@ pub struct HookSpec {
 #[derive(Clone, Debug)]
 pub struct Hook {
     spec: HookSpec,
-    shape: Arc<ToolShape>,
-    half: DVec3,
+    head: Head,
 }
 
 impl HookSpec {
@@ -58,25 +57,21 @@ impl HookSpec {
     /// # Errors
     /// When a size is impossible.
     pub fn build(self) -> anyhow::Result<Hook> {
-        let [low, high] = self.depth;
-        ensure!(0.0 < low && low <= high, "`depth` needs 0 < least ≤ greatest, not {low} and {high}");
+        stroke::check(self.depth, self.clearance)?;
         ensure!(self.height > 0.0, "`height` must be positive, or the hook scrapes the table");
-        ensure!(self.clearance > 0.0, "`clearance` must be positive");
         let shares = [self.down, self.pull, self.free, self.lift];
         ensure!(shares.iter().all(|s| *s > 0), "`down`, `pull`, `free`, `lift` need at least one step each");
-        let head = self.head.clone().build()?;
-        let half = head.solid.half_extents();
-        Ok(Hook { shape: Arc::new(ToolShape { parts: vec![head] }), half, spec: self })
+        Ok(Hook { head: self.head.clone().alone()?, spec: self })
     }
 }
 
 impl Tool for Hook {
     fn shape(&self) -> &Arc<ToolShape> {
-        &self.shape
+        &self.head.shape
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
-        across(piece, self.spec.rotation, self.spec.depth)
+        stroke::across(piece, self.spec.rotation, self.spec.depth)
     }
 
     fn motion(&self, theta: &[f64], piece: &Workpiece, steps: usize) -> Motion {
@@ -84,8 +79,8 @@ impl Tool for Hook {
         let (sine, cosine) = rotation.sin_cos();
         let (behind, line) = (piece.reach(cosine, sine), piece.centre + r * DVec3::new(-sine, cosine, 0.0));
         let hook = |[face, end]: [f64; 2]| {
-            let translation = line + (face + self.half.x) * DVec3::new(cosine, sine, 0.0);
-            let translation = translation.with_z(end + self.half.z);
+            let translation = line + (face + self.head.half.x) * DVec3::new(cosine, sine, 0.0);
+            let translation = translation.with_z(end + self.head.half.z);
             vec![Pose { translation, rotation: DQuat::from_rotation_z(rotation) }]
         };
         let HookSpec { height, clearance, down, pull, free, lift, .. } = self.spec;

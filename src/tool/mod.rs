@@ -13,6 +13,7 @@ mod push;
 mod roll;
 mod scoop;
 mod solid;
+mod stroke;
 mod turn;
 
 pub use cut::{Cut, CutSpec};

@@ -1,4 +1,5 @@
 //! A flat head that comes down on the material and lifts again.
+use super::head::Head;
 use super::leg::{Leg, along};
 use super::{HeadSpec, Motion, Tool, Workpiece, turn};
 use crate::state::{ActionSpace, Control, Pose, ToolShape};
@@ -41,8 +42,7 @@ pub struct PressSpec {
 #[derive(Clone, Debug)]
 pub struct Press {
     spec: PressSpec,
-    shape: Arc<ToolShape>,
-    thickness: f64,
+    head: Head,
 }
 
 impl PressSpec {
@@ -54,15 +54,13 @@ impl PressSpec {
         ensure!(self.lowest > 0.0, "`lowest` must be positive, or material is squeezed through the table");
         ensure!(self.clearance > 0.0, "`clearance` must be positive");
         ensure!(self.down > 0 && self.lift > 0, "`down` and `lift` need at least one step each");
-        let head = self.head.clone().build()?;
-        let thickness = head.solid.half_extents().z;
-        Ok(Press { shape: Arc::new(ToolShape { parts: vec![head] }), thickness, spec: self })
+        Ok(Press { head: self.head.clone().alone()?, spec: self })
     }
 }
 
 impl Tool for Press {
     fn shape(&self) -> &Arc<ToolShape> {
-        &self.shape
+        &self.head.shape
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
@@ -82,7 +80,7 @@ impl Tool for Press {
         };
         let clear = piece.extent.z.max(self.spec.lowest) + self.spec.clearance;
         let head = |[face]: [f64; 1]| {
-            let translation = piece.centre + DVec3::new(x, y, face + self.thickness);
+            let translation = piece.centre + DVec3::new(x, y, face + self.head.half.z);
             vec![Pose { translation, rotation: DQuat::from_rotation_z(rotation) }]
         };
         let legs = [Leg { share: self.spec.down, to: [z] }, Leg { share: self.spec.lift, to: [clear] }];

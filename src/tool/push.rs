@@ -1,6 +1,7 @@
 //! A board that slides over the table into the side of the material and back.
+use super::head::Head;
 use super::leg::{Leg, along};
-use super::{HeadSpec, Motion, Tool, Workpiece};
+use super::{HeadSpec, Motion, Tool, Workpiece, stroke};
 use crate::state::{ActionSpace, Control, Pose, ToolShape};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
@@ -40,8 +41,7 @@ pub struct PushSpec {
 #[derive(Clone, Debug)]
 pub struct Push {
     spec: PushSpec,
-    shape: Arc<ToolShape>,
-    half: DVec3,
+    head: Head,
 }
 
 impl PushSpec {
@@ -50,24 +50,20 @@ impl PushSpec {
     /// # Errors
     /// When a size is impossible.
     pub fn build(self) -> anyhow::Result<Push> {
-        let [low, high] = self.depth;
-        ensure!(0.0 < low && low <= high, "`depth` needs 0 < least ≤ greatest, not {low} and {high}");
+        stroke::check(self.depth, self.clearance)?;
         ensure!(self.height > 0.0, "`height` must be positive, or the board scrapes the table");
-        ensure!(self.clearance > 0.0, "`clearance` must be positive");
         ensure!(self.push > 0 && self.back > 0, "`push` and `back` need at least one step each");
-        let head = self.head.clone().build()?;
-        let half = head.solid.half_extents();
-        Ok(Push { shape: Arc::new(ToolShape { parts: vec![head] }), half, spec: self })
+        Ok(Push { head: self.head.clone().alone()?, spec: self })
     }
 }
 
 impl Tool for Push {
     fn shape(&self) -> &Arc<ToolShape> {
-        &self.shape
+        &self.head.shape
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
-        across(piece, self.spec.rotation, self.spec.depth)
+        stroke::across(piece, self.spec.rotation, self.spec.depth)
     }
 
     fn motion(&self, theta: &[f64], piece: &Workpiece, steps: usize) -> Motion {
@@ -76,23 +72,13 @@ impl Tool for Push {
         let before = -piece.reach(cosine, sine);
         let line = piece.centre + r * DVec3::new(-sine, cosine, 0.0);
         let board = |[face]: [f64; 1]| {
-            let translation = line + (face - self.half.x) * DVec3::new(cosine, sine, 0.0);
-            let translation = translation.with_z(self.spec.height + self.half.z);
+            let translation = line + (face - self.head.half.x) * DVec3::new(cosine, sine, 0.0);
+            let translation = translation.with_z(self.spec.height + self.head.half.z);
             vec![Pose { translation, rotation: DQuat::from_rotation_z(rotation) }]
         };
         let clear = before - self.spec.clearance;
         let legs = [Leg { share: self.spec.push, to: [before + depth] }, Leg { share: self.spec.back, to: [clear] }];
         let controls = along(steps, [clear], &legs).into_iter().map(|face| Control { poses: board(face) });
         Motion { start: board([clear]), controls: controls.collect() }
-    }
-}
-
-/// The box of a stroke across the piece: (r, rotation, depth), the offset r within the piece's smaller half extent.
-pub(super) fn across(piece: &Workpiece, rotation: f64, [least, greatest]: [f64; 2]) -> ActionSpace {
-    let narrow = piece.narrow();
-    ActionSpace {
-        names: ["r", "rotation", "depth"].map(String::from).to_vec(),
-        low: vec![-narrow, -rotation, least],
-        high: vec![narrow, rotation, (2.0 * narrow).min(greatest).max(least)],
     }
 }

@@ -1,6 +1,7 @@
 //! A blade that slides under the material, lifts it, carries it and slips out again.
+use super::head::Head;
 use super::leg::{Leg, along};
-use super::{HeadSpec, Motion, Tool, Workpiece};
+use super::{HeadSpec, Motion, Tool, Workpiece, stroke};
 use crate::state::{ActionSpace, Control, Pose, ToolShape};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
@@ -56,8 +57,7 @@ pub struct ScoopSpec {
 #[derive(Clone, Debug)]
 pub struct Scoop {
     spec: ScoopSpec,
-    shape: Arc<ToolShape>,
-    half: DVec3,
+    head: Head,
 }
 
 impl ScoopSpec {
@@ -66,27 +66,23 @@ impl ScoopSpec {
     /// # Errors
     /// When a size is impossible.
     pub fn build(self) -> anyhow::Result<Scoop> {
-        let [low, high] = self.depth;
-        ensure!(0.0 < low && low <= high, "`depth` needs 0 < least ≤ greatest, not {low} and {high}");
+        stroke::check(self.depth, self.clearance)?;
         ensure!(self.height > 0.0, "`height` must be positive, or the blade scrapes the table");
         ensure!(self.lift_height >= 0.0, "`lift_height` must not be negative");
-        ensure!(self.clearance > 0.0, "`clearance` must be positive");
         let shares = [self.slide, self.lift, self.carry, self.down, self.back];
         ensure!(shares.iter().all(|s| *s > 0), "`slide`, `lift`, `carry`, `down`, `back` need at least one step each");
-        let head = self.head.clone().build()?;
-        let half = head.solid.half_extents();
-        Ok(Scoop { shape: Arc::new(ToolShape { parts: vec![head] }), half, spec: self })
+        Ok(Scoop { head: self.head.clone().alone()?, spec: self })
     }
 }
 
 impl Tool for Scoop {
     fn shape(&self) -> &Arc<ToolShape> {
-        &self.shape
+        &self.head.shape
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {
-        let ScoopSpec { rotation, depth: [least, greatest], carry_reach, .. } = self.spec;
-        let deepest = (2.0 * piece.narrow()).min(greatest).max(least);
+        let ScoopSpec { rotation, depth: depth @ [least, _], carry_reach, .. } = self.spec;
+        let deepest = stroke::deepest(piece, depth);
         ActionSpace {
             names: ["rotation", "depth", "x", "y"].map(String::from).to_vec(),
             low: vec![-rotation, least, -carry_reach, -carry_reach],
@@ -99,8 +95,8 @@ impl Tool for Scoop {
         let (sine, cosine) = rotation.sin_cos();
         let before = -piece.reach(cosine, sine);
         let blade = |[tip, up, along_x, along_y]: [f64; 4]| {
-            let forward = (tip - self.half.x) * DVec3::new(cosine, sine, 0.0);
-            let height = self.spec.height + self.half.z + up;
+            let forward = (tip - self.head.half.x) * DVec3::new(cosine, sine, 0.0);
+            let height = self.spec.height + self.head.half.z + up;
             let translation = piece.centre + forward + DVec3::new(along_x, along_y, height);
             vec![Pose { translation, rotation: DQuat::from_rotation_z(rotation) }]
         };

@@ -2,17 +2,30 @@
 use super::material::Substance;
 use super::scale::{LENGTH, inward, outward};
 use glam::DVec3;
-use rapier3d::math::Vector;
-use rapier3d::prelude::{PhysicsWorld, RigidBodyHandle};
+use rapier3d::math::{Pose, Real, Vector};
+use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 /// Rigid bodies in a fixed order.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub struct Bodies {
     /// Each body, and its particles in its own frame in engine units.
-    pub(super) each: Vec<(RigidBodyHandle, Vec<Vector>)>,
+    each: Vec<(RigidBodyHandle, Vec<Vector>)>,
     /// Their common density \[kg/m³\].
-    pub(super) density: f64,
+    density: f64,
+}
+
+impl Bodies {
+    /// No bodies yet, of this density \[kg/m³\].
+    pub(super) fn of(density: f64) -> Self {
+        Self { each: Vec::new(), density }
+    }
+
+    /// Puts a body into the engine; `points` are its particles in its own frame in engine units.
+    pub(super) fn add(&mut self, physics: &mut PhysicsWorld, pose: Pose, shape: ColliderBuilder, points: Vec<Vector>) {
+        let body = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false);
+        self.each.push((physics.insert(body, shape.density(self.density as Real)).0, points));
+    }
 }
 
 /// Checks the constants that every kind of rigid body has.

@@ -3,7 +3,7 @@ use super::lattice::Lattice;
 use super::material::{Filling, Material, Matter, Substance};
 use super::scale::{inward, length, outward};
 use super::{DoughSpec, SceneSpec};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -49,10 +49,7 @@ impl Material for DoughSpec {
         physics: &mut PhysicsWorld,
         _: &mut ChaCha8Rng,
     ) -> anyhow::Result<Matter> {
-        let mut lattice = Lattice::fill(filling.contains, filling.bounds, scene.spacing)?;
-        let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let (turn, rise) = (DQuat::from_rotation_z(filling.turn), filling.raised + skin(scene.spacing) - lowest);
-        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner + rise * DVec3::Z);
+        let lattice = filling.lattice(scene.spacing, skin(scene.spacing))?;
         Ok(Matter::Dough(Dough(physics.insert_soft_body(self.body(scene, &lattice)))))
     }
 

@@ -1,5 +1,5 @@
 //! The physics engine: its whole state, and one step of it.
-use super::material::{Filling, Matter};
+use super::material::{Filling, Material, Matter};
 use super::scale::{GRAVITY, length};
 use super::{SceneSpec, hand};
 use crate::state::{Pose, ToolShape};
@@ -19,8 +19,12 @@ pub(super) struct Engine {
 }
 
 impl Engine {
-    pub(super) fn new(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
-        let material = spec.material.clone().build()?;
+    pub(super) fn new(
+        spec: &SceneSpec,
+        material: &dyn Material,
+        filling: &Filling<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> anyhow::Result<Self> {
         let friction = material.friction() as Real;
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::NEG_Z * length(GRAVITY);

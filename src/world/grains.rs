@@ -143,33 +143,26 @@ impl Material for GrainsSpec {
             .filter(|at| (filling.contains)(at.extend(middle)))
             .collect();
         ensure!(!columns.is_empty(), "no grain of {pitch} m fits into the region: choose a larger scene.start");
-        let mut bodies = Bodies { each: Vec::with_capacity(scene.particles), density: self.density };
+        let mut bodies = Bodies::of(self.density);
         for k in 0..scene.particles {
             let height = filling.raised + (0.5 + (k / columns.len()) as f64) * pitch;
             let at = turn * columns[k % columns.len()].extend(height);
-            // A hundredth of the gap to either side, or a column of balls would stand like a tower.
+            // Up to half of the gap to any side, or a column of balls would stand like a tower.
             let at = at + (GAP - 1.0) * self.grain.reach() * DVec3::from_array(UnitBall.sample(rng));
             let axis = DVec3::from_array(UnitSphere.sample(rng));
             let spin = DQuat::from_axis_angle(axis, rng.random_range(0.0..std::f64::consts::TAU));
             let rotation = Rotation::from_xyzw(spin.x as Real, spin.y as Real, spin.z as Real, spin.w as Real);
             let collider = self.grain.draw(rng)?;
-            let collider = collider.density(self.density as Real).friction(self.friction as Real);
-            let collider = collider.restitution(self.restitution as Real);
+            let collider = collider.friction(self.friction as Real).restitution(self.restitution as Real);
             // The particle is the grain's centre of mass, which a hull of random points has off its origin.
             let middle = collider.shape.mass_properties(1.0).local_com;
-            let pose = EnginePose::from_parts(inward(at), rotation);
-            let body = physics.insert(RigidBodyBuilder::dynamic().pose(pose).can_sleep(false), collider).0;
-            bodies.each.push((body, vec![middle]));
+            bodies.add(physics, EnginePose::from_parts(inward(at), rotation), collider, vec![middle]);
         }
         Ok(Matter::Bodies(bodies))
     }
 
     fn friction(&self) -> f64 {
         self.friction
-    }
-
-    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters) {
-        parameters.num_internal_pgs_iterations = scene.solver.sweeps;
     }
 
     fn settling(&self) -> f64 {

@@ -2,9 +2,10 @@
 use super::bodies::Bodies;
 use super::dough::Dough;
 use super::grains::GrainsSpec;
+use super::lattice::Lattice;
 use super::rigid::RigidSpec;
 use super::{DoughSpec, SceneSpec};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::{IntegrationParameters, PhysicsWorld};
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,20 @@ pub struct Filling<'a> {
     pub turn: f64,
     /// Height above the table at which its lowest point begins \[m\].
     pub raised: f64,
+}
+
+impl Filling<'_> {
+    /// The lattice that fills it, its lowest corner `above` the height at which the material begins \[m\].
+    ///
+    /// # Errors
+    /// As [`Lattice::fill`].
+    pub(super) fn lattice(&self, spacing: f64, above: f64) -> anyhow::Result<Lattice> {
+        let mut lattice = Lattice::fill(self.contains, self.bounds, spacing)?;
+        let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let (turn, rise) = (DQuat::from_rotation_z(self.turn), (self.raised + above - lowest) * DVec3::Z);
+        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner + rise);
+        Ok(lattice)
+    }
 }
 
 /// A kind of material.
@@ -37,7 +52,9 @@ pub trait Material: Send + Sync {
     /// Coulomb friction coefficient against table and tools.
     fn friction(&self) -> f64;
     /// Changes the solver's parameters to what the material needs.
-    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters);
+    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters) {
+        parameters.num_internal_pgs_iterations = scene.solver.sweeps;
+    }
     /// How long new material settles on the table \[s\].
     fn settling(&self) -> f64;
 }

@@ -1,8 +1,9 @@
 //! The ground truth: dough, grains or a rigid piece on a table, worked by rigid tools, in Rapier.
 //!
 //! Dough is one Rapier soft body: lattice cells cut into tetrahedra that keep their volume, and edges that flow
-//! plastically. Grains and rigid pieces are rigid bodies. A [`World`] belongs to one thread and holds everything that its future depends on, so that its clones and
-//! its [snapshots](World::snapshot) continue bit for bit as it would.
+//! plastically. Grains and rigid pieces are rigid bodies. A [`World`] belongs to one thread and holds everything that its
+//! future depends on, so that its clones and its [snapshots](World::snapshot) continue bit for bit as it would.
+use crate::shape::farthest_points_from;
 use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
 use crate::tool::Motion;
 use glam::DVec3;
@@ -14,7 +15,6 @@ mod bodies;
 mod dough;
 mod dough_spec;
 mod engine;
-mod farthest;
 mod grains;
 mod hand;
 mod lattice;
@@ -23,11 +23,9 @@ mod rigid;
 mod scale;
 mod snapshot;
 mod spec;
-
 mod start;
 
 use engine::Engine;
-use farthest::farthest;
 
 pub use dough_spec::DoughSpec;
 pub use grains::{GrainSpec, GrainsSpec};
@@ -71,9 +69,9 @@ impl World {
     }
 
     fn settled(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
-        let mut world = Self::standing(spec, filling, rng)?;
-        let settling = spec.material.clone().build()?.settling();
-        for _ in 0..(settling / spec.interval).ceil() as usize {
+        let material = spec.check()?;
+        let mut world = Self::placed(spec, material.as_ref(), filling, rng)?;
+        for _ in 0..(material.settling() / spec.interval).ceil() as usize {
             world.step(&Control::default());
         }
         world.before = world.positions();
@@ -85,8 +83,16 @@ impl World {
     /// # Errors
     /// A sentence saying why the region or `spec` is impossible.
     pub fn standing(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
-        spec.check()?;
-        let engine = Engine::new(spec, filling, rng)?;
+        Self::placed(spec, spec.check()?.as_ref(), filling, rng)
+    }
+
+    fn placed(
+        spec: &SceneSpec,
+        material: &dyn Material,
+        filling: &Filling<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> anyhow::Result<Self> {
+        let engine = Engine::new(spec, material, filling, rng)?;
         let all = engine.positions();
         anyhow::ensure!(
             spec.particles <= all.len(),
@@ -94,7 +100,7 @@ impl World {
             all.len(),
             spec.particles
         );
-        let chosen = farthest(&all, spec.particles);
+        let chosen: Vec<u32> = farthest_points_from(&all, 0, spec.particles).into_iter().map(|i| i as u32).collect();
         let before = chosen.iter().map(|&i| all[i as usize]).collect();
         Ok(Self { engine, chosen, before, poses: Vec::new(), interval: spec.interval, steps: spec.solver.steps })
     }

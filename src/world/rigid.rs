@@ -1,12 +1,11 @@
 //! A rigid piece: one body, many particles that share its pose.
 use super::SceneSpec;
 use super::bodies::{self, Bodies};
-use super::lattice::Lattice;
 use super::material::{Filling, Material, Matter};
 use super::scale::inward;
 use anyhow::Context;
-use glam::{DQuat, DVec3};
 use rand_chacha::ChaCha8Rng;
+use rapier3d::math::Pose as EnginePose;
 use rapier3d::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -45,23 +44,17 @@ impl Material for RigidSpec {
         physics: &mut PhysicsWorld,
         _: &mut ChaCha8Rng,
     ) -> anyhow::Result<Matter> {
-        let lattice = Lattice::fill(filling.contains, filling.bounds, scene.spacing)?;
-        let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let (turn, rise) = (DQuat::from_rotation_z(filling.turn), (filling.raised - lowest) * DVec3::Z);
-        let points: Vec<Vector> = lattice.corners.iter().map(|p| inward(turn * *p + rise)).collect();
+        let corners = filling.lattice(scene.spacing, 0.0)?.corners;
+        let points: Vec<Vector> = corners.into_iter().map(inward).collect();
         let collider = ColliderBuilder::convex_hull(&points).context("the region is too flat for a rigid piece")?;
-        let collider = collider.density(self.density as Real).friction(self.friction as Real);
-        let collider = collider.restitution(self.restitution as Real);
-        let body = physics.insert(RigidBodyBuilder::dynamic().can_sleep(false), collider).0;
-        Ok(Matter::Bodies(Bodies { each: vec![(body, points)], density: self.density }))
+        let mut bodies = Bodies::of(self.density);
+        let collider = collider.friction(self.friction as Real).restitution(self.restitution as Real);
+        bodies.add(physics, EnginePose::IDENTITY, collider, points);
+        Ok(Matter::Bodies(bodies))
     }
 
     fn friction(&self) -> f64 {
         self.friction
-    }
-
-    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters) {
-        parameters.num_internal_pgs_iterations = scene.solver.sweeps;
     }
 
     fn settling(&self) -> f64 {

@@ -1,5 +1,5 @@
 //! What a config says of the world.
-use super::{MaterialSpec, StartSpec};
+use super::{Material, MaterialSpec, StartSpec};
 use anyhow::ensure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,12 +42,12 @@ pub struct SolverSpec {
 }
 
 impl SceneSpec {
-    /// Checks every number that serde cannot.
+    /// The material, once every number that serde cannot check is checked.
     ///
     /// # Errors
     /// A sentence naming the key whose value is impossible.
-    pub(super) fn check(&self) -> anyhow::Result<()> {
-        self.material.clone().build()?;
+    pub(super) fn check(&self) -> anyhow::Result<Box<dyn Material>> {
+        let material = self.material.clone().build()?;
         let Self { spacing, particles, interval, solver, .. } = self;
         ensure!((0.002..=0.1).contains(spacing), "scene.spacing is {spacing} m; it must lie in [0.002, 0.1]");
         ensure!((0.001..=1.0).contains(interval), "scene.interval is {interval} s; it must lie in [0.001, 1]");
@@ -57,6 +57,6 @@ impl SceneSpec {
         {
             ensure!((1..=most).contains(&value), "scene.solver.{key} is {value}; it must lie in [1, {most}]");
         }
-        Ok(())
+        Ok(material)
     }
 }

@@ -111,6 +111,11 @@ pub(crate) fn shipped_tools() -> Vec<(String, Box<dyn Tool>)> {
     files.iter().map(read).collect()
 }
 
+/// The tool of `configs/tool` with this name.
+pub(crate) fn shipped_tool(name: &str) -> Box<dyn Tool> {
+    shipped_tools().into_iter().find(|(known, _)| known == name).expect("a shipped tool").1
+}
+
 /// A uniformly random action of `tool` on the dough.
 pub(crate) fn random_motion(world: &World, tool: &dyn Tool, rng: &mut ChaCha8Rng) -> Motion {
     let piece = Workpiece::around(&world.particles());

@@ -79,10 +79,8 @@ fn a_puck_slides_as_far_as_its_friction_lets_it() {
 fn a_ball_bounces_to_the_square_of_its_restitution() {
     let ball = GrainSpec::Ball { radius: [0.01; 2] };
     for restitution in [0.0, 0.5, 0.8] {
-        let GrainsSpec { density, friction, .. } =
-            GrainsSpec { grain: ball.clone(), density: 1000.0, friction: 0.5, restitution };
-        let material = MaterialSpec::Grains(GrainsSpec { grain: ball.clone(), density, friction, restitution });
-        let spec = SceneSpec { interval: 0.005, ..finely(material, 1) };
+        let material = GrainsSpec { grain: ball.clone(), density: 1000.0, friction: 0.5, restitution };
+        let spec = SceneSpec { interval: 0.005, ..finely(MaterialSpec::Grains(material), 1) };
         let mut world = dropped(&spec, DVec3::splat(0.0105), 0.2);
         let height = |world: &World| world.all_positions()[0].z - 0.01;
         let fallen = height(&world);
@@ -168,12 +166,11 @@ fn a_shaken_tower_of_every_grain_loses_energy_and_no_grain() {
 #[test]
 fn grains_continue_from_a_snapshot_byte_for_byte_whatever_the_thread_count() {
     let spec = grains(GrainSpec::Hull { radius: [0.005, 0.007], corners: 10 }, 40, 0.5);
-    let tools = shipped_tools();
     let run = |threads: usize| -> Vec<Snapshot> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let one = |seed: u64| {
             let world = World::new(&spec, seed).unwrap();
-            let (_, tool) = tools.iter().find(|(name, _)| name == "pusher").unwrap();
+            let tool = shipped_tool("pusher");
             let motion = random_motion(&world, tool.as_ref(), &mut ChaCha8Rng::seed_from_u64(seed));
             let (mut going_on, mut restored) = (world.clone(), world);
             going_on.take(tool.shape(), &motion.start);
@@ -198,7 +195,7 @@ fn a_pusher_moves_the_pile_the_way_it_goes() {
     let spec = grains(GrainSpec::Cuboid { half: [[0.004, 0.006], [0.004, 0.006], [0.003, 0.004]] }, 60, 0.4);
     let mut world = World::new(&spec, 4).unwrap();
     let before = middle(&world.all_positions());
-    let (_, tool) = shipped_tools().into_iter().find(|(name, _)| name == "pusher").unwrap();
+    let tool = shipped_tool("pusher");
     let piece = pliant::tool::Workpiece::around(&world.particles());
     // The deepest push: single grains lie far from the pile and stretch its box.
     let motion = tool.motion(&[0.0, 0.5, tool.space(&piece).high[2]], &piece, 15);
@@ -218,7 +215,7 @@ fn a_rigid_piece_keeps_its_shape_when_it_is_pushed() {
     let spec = SceneSpec { start, particles: 60, ..rigid(0.4, 0.0) };
     let mut world = World::new(&spec, 1).unwrap();
     let before = world.all_positions();
-    let (_, tool) = shipped_tools().into_iter().find(|(name, _)| name == "pusher").unwrap();
+    let tool = shipped_tool("pusher");
     let motion = random_motion(&world, tool.as_ref(), &mut ChaCha8Rng::seed_from_u64(8));
     world.execute(tool.shape(), &motion);
     let after = world.all_positions();
