@@ -56,7 +56,7 @@ impl Substance for Bodies {
         self.each.iter().map(mass).sum::<f64>() / (self.density * LENGTH.powi(3))
     }
 
-    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld) {
+    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld) {
         for (body, _) in &self.each {
             let body = &mut physics.bodies[*body];
             body.set_linvel(body.linvel() + inward(velocity), true);

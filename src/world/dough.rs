@@ -1,8 +1,9 @@
 //! Dough as a soft body of the engine.
+use super::contact::contacts;
 use super::lattice::Lattice;
 use super::material::{Filling, Material, Matter, Substance};
 use super::scale::{inward, length, outward};
-use super::{DoughSpec, SceneSpec};
+use super::{DoughSpec, SceneSpec, volume};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
@@ -111,17 +112,19 @@ impl Substance for Dough {
         body.boundary().iter().map(under).sum()
     }
 
-    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld) {
+    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld) {
         let body = &mut physics.soft_bodies[self.0];
         for i in 0..body.num_particles() {
             body.set_particle_velocity(i, body.particle_velocity(i) + inward(velocity));
         }
     }
 
-    /// Contacts give way a little, and dough pinched between a tool and the table could be pushed through it: a particle
-    /// below the table is put back onto it.
-    fn lift(&self, physics: &mut PhysicsWorld) {
+    /// Gives the cells their volume back; and contacts give way a little, so that dough pinched between a tool and the table
+    /// could be pushed through it: a particle below the table is put back onto it.
+    fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
         let body = &mut physics.soft_bodies[self.0];
+        let touched = contacts(body, (&physics.bodies, &physics.colliders), hand);
+        volume::hold(body, &touched);
         for i in 0..body.num_particles() {
             let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
             if position.z < 0.0 {
@@ -131,7 +134,7 @@ impl Substance for Dough {
         }
     }
 
-    fn refresh(&self, physics: &mut PhysicsWorld) {
+    fn refresh(&mut self, physics: &mut PhysicsWorld) {
         let body = &mut physics.soft_bodies[self.0];
         body.set_particle_position(0, body.particle_position(0));
     }

@@ -13,19 +13,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Serialize, Deserialize)]
 pub(super) struct Engine {
     physics: PhysicsWorld,
-    matter: Matter,
+    matter: Vec<Matter>,
     hand: Vec<RigidBodyHandle>,
     friction: Real,
 }
 
 impl Engine {
-    pub(super) fn new(
-        spec: &SceneSpec,
-        material: &dyn Material,
-        filling: &Filling<'_>,
-        rng: &mut ChaCha8Rng,
-    ) -> anyhow::Result<Self> {
-        let friction = material.friction() as Real;
+    /// An empty table, and walls where `spec` has them; `materials` are what will be put on it.
+    pub(super) fn new(spec: &SceneSpec, materials: &[Box<dyn Material>]) -> Self {
+        let friction = materials.iter().map(|material| material.friction() as Real).fold(0.0, Real::max);
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::NEG_Z * length(GRAVITY);
         physics.integration_parameters = IntegrationParameters {
@@ -33,11 +29,32 @@ impl Engine {
             num_solver_iterations: spec.solver.substeps,
             ..IntegrationParameters::default()
         };
-        material.tune(spec, &mut physics.integration_parameters);
-        let table = ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).friction(friction);
-        physics.insert(RigidBodyBuilder::fixed(), table);
-        let matter = material.fill(spec, filling, &mut physics, rng)?;
-        Ok(Self { physics, matter, hand: Vec::new(), friction })
+        materials.iter().for_each(|material| material.tune(spec, &mut physics.integration_parameters));
+        let mut plane = |normal: Vector, at: Vector| {
+            let collider = ColliderBuilder::new(SharedShape::halfspace(normal)).friction(friction);
+            physics.insert(RigidBodyBuilder::fixed().translation(at), collider);
+        };
+        plane(Vector::Z, Vector::ZERO);
+        for (axis, range) in spec.walls.iter().flat_map(|walls| [(Vector::X, walls.x), (Vector::Y, walls.y)]) {
+            plane(axis, axis * length(range[0]));
+            plane(-axis, axis * length(range[1]));
+        }
+        Self { physics, matter: Vec::new(), hand: Vec::new(), friction }
+    }
+
+    /// Puts a material where `filling` says.
+    ///
+    /// # Errors
+    /// As [`Material::fill`].
+    pub(super) fn add(
+        &mut self,
+        spec: &SceneSpec,
+        material: &dyn Material,
+        filling: &Filling<'_>,
+        rng: &mut ChaCha8Rng,
+    ) -> anyhow::Result<()> {
+        self.matter.push(material.fill(spec, filling, &mut self.physics, rng)?);
+        Ok(())
     }
 
     /// Replaces the tool in hand.
@@ -50,12 +67,14 @@ impl Engine {
     pub(super) fn step(&mut self, poses: impl Iterator<Item = Pose>) {
         hand::carry(&mut self.physics, &self.hand, poses);
         self.physics.step();
-        self.matter.substance().lift(&mut self.physics);
+        for matter in &mut self.matter {
+            matter.substance_mut().mend(&mut self.physics, &self.hand);
+        }
     }
 
-    /// Adds a velocity \[m/s\] to all of the material.
-    pub(super) fn kick(&mut self, velocity: DVec3) {
-        self.matter.substance().kick(velocity, &mut self.physics);
+    /// Adds a velocity \[m/s\] to a piece.
+    pub(super) fn kick(&mut self, piece: usize, velocity: DVec3) {
+        self.matter[piece].substance_mut().kick(velocity, &mut self.physics);
     }
 
     /// Drops what the engine's serialisation leaves out of soft bodies and contacts, such as how far the fit of a rest shape
@@ -70,19 +89,22 @@ impl Engine {
 
     /// Has the next step read the material's particles anew; a mark that no serialisation keeps.
     pub(super) fn refresh(&mut self) {
-        self.matter.substance().refresh(&mut self.physics);
+        for matter in &mut self.matter {
+            matter.substance_mut().refresh(&mut self.physics);
+        }
     }
 
-    pub(super) fn positions(&self) -> Vec<DVec3> {
-        self.matter.substance().positions(&self.physics)
+    /// Of every piece, its particles \[m\].
+    pub(super) fn pieces(&self) -> impl Iterator<Item = Vec<DVec3>> {
+        self.matter.iter().map(|matter| matter.substance().positions(&self.physics))
     }
 
     pub(super) fn surface(&self) -> Vec<DVec3> {
-        self.matter.substance().surface(&self.physics)
+        self.matter.iter().flat_map(|matter| matter.substance().surface(&self.physics)).collect()
     }
 
     pub(super) fn volume(&self) -> f64 {
-        self.matter.substance().volume(&self.physics)
+        self.matter.iter().map(|matter| matter.substance().volume(&self.physics)).sum()
     }
 }
 

@@ -146,7 +146,7 @@ impl Material for GrainsSpec {
         let mut bodies = Bodies::of(self.density);
         for k in 0..scene.particles {
             let height = filling.raised + (0.5 + (k / columns.len()) as f64) * pitch;
-            let at = turn * columns[k % columns.len()].extend(height);
+            let at = turn * columns[k % columns.len()].extend(height) + filling.at.extend(0.0);
             // Up to half of the gap to any side, or a column of balls would stand like a tower.
             let at = at + (GAP - 1.0) * self.grain.reach() * DVec3::from_array(UnitBall.sample(rng));
             let axis = DVec3::from_array(UnitSphere.sample(rng));

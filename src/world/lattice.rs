@@ -4,10 +4,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Five tetrahedra of a cube, for cells of even and of odd parity so that neighbours share their face diagonals; corner `c`
 /// of a cube has the bits (x, y, z) = (c & 1, c >> 1 & 1, c >> 2 & 1). All are positively oriented.
-const TETRAHEDRA: [[[usize; 4]; 5]; 2] = [
+const TETRAHEDRA: [[[usize; 4]; TETRAHEDRA_PER_CELL]; 2] = [
     [[0, 3, 6, 5], [1, 3, 0, 5], [2, 6, 0, 3], [4, 5, 0, 6], [7, 3, 5, 6]],
     [[1, 2, 4, 7], [0, 1, 2, 4], [3, 1, 7, 2], [5, 1, 4, 7], [6, 2, 7, 4]],
 ];
+
+/// How many tetrahedra in a row make a cell.
+pub(super) const TETRAHEDRA_PER_CELL: usize = 5;
 
 type Cell = [i32; 3];
 

@@ -1,13 +1,15 @@
 //! Materials: what a scene is filled with, and how the engine holds it.
 use super::bodies::Bodies;
 use super::dough::Dough;
+use super::fluid::FluidSpec;
 use super::grains::GrainsSpec;
 use super::lattice::Lattice;
+use super::liquid::Liquid;
 use super::rigid::RigidSpec;
 use super::{DoughSpec, SceneSpec};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use rand_chacha::ChaCha8Rng;
-use rapier3d::prelude::{IntegrationParameters, PhysicsWorld};
+use rapier3d::prelude::{IntegrationParameters, PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 /// Where a material goes: the part of a box that a predicate holds.
@@ -18,6 +20,8 @@ pub struct Filling<'a> {
     pub contains: &'a dyn Fn(DVec3) -> bool,
     /// Turn about z \[rad\].
     pub turn: f64,
+    /// Where the middle of the table comes to lie \[m\].
+    pub at: DVec2,
     /// Height above the table at which its lowest point begins \[m\].
     pub raised: f64,
 }
@@ -30,8 +34,8 @@ impl Filling<'_> {
     pub(super) fn lattice(&self, spacing: f64, above: f64) -> anyhow::Result<Lattice> {
         let mut lattice = Lattice::fill(self.contains, self.bounds, spacing)?;
         let lowest = lattice.corners.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
-        let (turn, rise) = (DQuat::from_rotation_z(self.turn), (self.raised + above - lowest) * DVec3::Z);
-        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner + rise);
+        let (turn, shift) = (DQuat::from_rotation_z(self.turn), self.at.extend(self.raised + above - lowest));
+        lattice.corners.iter_mut().for_each(|corner| *corner = turn * *corner + shift);
         Ok(lattice)
     }
 }
@@ -61,16 +65,18 @@ pub trait Material: Send + Sync {
 
 family! {
     /// What a scene is made of.
-    MaterialSpec builds Box<dyn Material> { Dough(DoughSpec), Grains(GrainsSpec), Rigid(RigidSpec) }
+    MaterialSpec builds Box<dyn Material> { Dough(DoughSpec), Grains(GrainsSpec), Rigid(RigidSpec), Fluid(FluidSpec) }
 }
 
-/// A material in the engine: handles, which a snapshot keeps.
+/// A material in the engine: what a snapshot keeps of it.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Matter {
     /// A soft body.
     Dough(Dough),
     /// Rigid bodies.
     Bodies(Bodies),
+    /// A fluid beside the engine's own matter.
+    Liquid(Liquid),
 }
 
 /// What the world asks of a material in the engine.
@@ -82,11 +88,11 @@ pub(super) trait Substance {
     /// Its volume \[m³\].
     fn volume(&self, physics: &PhysicsWorld) -> f64;
     /// Adds a velocity \[m/s\] to all of it.
-    fn kick(&self, velocity: DVec3, physics: &mut PhysicsWorld);
-    /// Mends after a physics step what contacts left through the table.
-    fn lift(&self, _: &mut PhysicsWorld) {}
-    /// Has the next step read its particles anew, as after [`Substance::lift`]; a mark that no serialisation keeps.
-    fn refresh(&self, _: &mut PhysicsWorld) {}
+    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld);
+    /// Does after a physics step, with the tool in `hand`, what the engine itself does not.
+    fn mend(&mut self, _: &mut PhysicsWorld, _: &[RigidBodyHandle]) {}
+    /// Has the next step read its particles anew, as after [`Substance::mend`]; a mark that no serialisation keeps.
+    fn refresh(&mut self, _: &mut PhysicsWorld) {}
 }
 
 impl Matter {
@@ -94,6 +100,15 @@ impl Matter {
         match self {
             Self::Dough(dough) => dough,
             Self::Bodies(bodies) => bodies,
+            Self::Liquid(liquid) => liquid,
+        }
+    }
+
+    pub(super) fn substance_mut(&mut self) -> &mut dyn Substance {
+        match self {
+            Self::Dough(dough) => dough,
+            Self::Bodies(bodies) => bodies,
+            Self::Liquid(liquid) => liquid,
         }
     }
 }

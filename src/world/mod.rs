@@ -1,37 +1,50 @@
-//! The ground truth: dough, grains or a rigid piece on a table, worked by rigid tools, in Rapier.
+//! The ground truth: dough, grains, rigid pieces and fluids on a table, worked by rigid tools, in Rapier.
 //!
 //! Dough is one Rapier soft body: lattice cells cut into tetrahedra that keep their volume, and edges that flow
-//! plastically. Grains and rigid pieces are rigid bodies. A [`World`] belongs to one thread and holds everything that its
+//! plastically. Grains and rigid pieces are rigid bodies. A fluid is position-based particles that push the bodies and are pushed
+//! by them. A [`World`] belongs to one thread and holds everything that its
 //! future depends on, so that its clones and its [snapshots](World::snapshot) continue bit for bit as it would.
 use crate::shape::farthest_points_from;
 use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
 use crate::tool::Motion;
-use glam::DVec3;
+use anyhow::Context;
+use glam::{DVec2, DVec3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
 mod bodies;
+mod cells;
+mod contact;
 mod dough;
 mod dough_spec;
+mod drops;
 mod engine;
+mod fluid;
 mod grains;
 mod hand;
+mod kernel;
 mod lattice;
+mod liquid;
 mod material;
+mod piece;
 mod rigid;
 mod scale;
 mod snapshot;
 mod spec;
 mod start;
+mod volume;
 
 use engine::Engine;
 
 pub use dough_spec::DoughSpec;
+pub use drops::DropsSpec;
+pub use fluid::FluidSpec;
 pub use grains::{GrainSpec, GrainsSpec};
 pub use material::{Filling, Material, MaterialSpec};
+pub use piece::PieceSpec;
 pub use rigid::RigidSpec;
-pub use spec::{SceneSpec, SolverSpec};
+pub use spec::{SceneSpec, SolverSpec, WallsSpec};
 pub use start::{BlockSpec, EllipsoidSpec, Region, Start, StartSpec};
 
 /// A simulated table with some material and, between [`World::take`] and the next, a tool.
@@ -55,8 +68,8 @@ impl World {
     /// A sentence naming the key of `spec` that makes it impossible.
     pub fn new(spec: &SceneSpec, seed: u64) -> anyhow::Result<Self> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let Region { bounds, contains, turn } = spec.start.clone().build()?.draw(&mut rng);
-        Self::settled(spec, &Filling { bounds, contains: &*contains, turn, raised: 0.0 }, &mut rng)
+        let Region { bounds, contains, turn, raised } = spec.start.clone().build()?.draw(&mut rng);
+        Self::settled(spec, &Filling { bounds, contains: &*contains, turn, at: DVec2::ZERO, raised }, &mut rng)
     }
 
     /// The scene's material in the part of the box `bounds` that `contains` holds, settled on the table.
@@ -64,14 +77,15 @@ impl World {
     /// # Errors
     /// A sentence saying why the region or `spec` is impossible.
     pub fn around(spec: &SceneSpec, contains: &dyn Fn(DVec3) -> bool, bounds: (DVec3, DVec3)) -> anyhow::Result<Self> {
-        let filling = Filling { bounds, contains, turn: 0.0, raised: 0.0 };
+        let filling = Filling { bounds, contains, turn: 0.0, at: DVec2::ZERO, raised: 0.0 };
         Self::settled(spec, &filling, &mut ChaCha8Rng::seed_from_u64(0))
     }
 
     fn settled(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
-        let material = spec.check()?;
-        let mut world = Self::placed(spec, material.as_ref(), filling, rng)?;
-        for _ in 0..(material.settling() / spec.interval).ceil() as usize {
+        let materials = spec.check()?;
+        let settling = materials.iter().map(|material| material.settling()).fold(0.0, f64::max);
+        let mut world = Self::placed(spec, &materials, filling, rng)?;
+        for _ in 0..(settling / spec.interval).ceil() as usize {
             world.step(&Control::default());
         }
         world.before = world.positions();
@@ -83,17 +97,22 @@ impl World {
     /// # Errors
     /// A sentence saying why the region or `spec` is impossible.
     pub fn standing(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
-        Self::placed(spec, spec.check()?.as_ref(), filling, rng)
+        Self::placed(spec, &spec.check()?, filling, rng)
     }
 
     fn placed(
         spec: &SceneSpec,
-        material: &dyn Material,
+        materials: &[Box<dyn Material>],
         filling: &Filling<'_>,
         rng: &mut ChaCha8Rng,
     ) -> anyhow::Result<Self> {
-        let engine = Engine::new(spec, material, filling, rng)?;
-        let all = engine.positions();
+        let mut engine = Engine::new(spec, materials);
+        engine.add(spec, materials[0].as_ref(), filling, rng)?;
+        for ((name, piece), material) in spec.beside.iter().zip(&materials[1..]) {
+            let fill = |filling: &Filling<'_>, rng: &mut ChaCha8Rng| engine.add(spec, material.as_ref(), filling, rng);
+            piece.place(rng, fill).with_context(|| format!("in scene.beside.{name}"))?;
+        }
+        let all: Vec<DVec3> = engine.pieces().flatten().collect();
         anyhow::ensure!(
             spec.particles <= all.len(),
             "the material holds {} simulator particles, fewer than scene.particles = {}: choose a smaller scene.spacing",
@@ -115,7 +134,14 @@ impl World {
 
     /// All particles of the simulator \[m\].
     pub fn all_positions(&self) -> Vec<DVec3> {
-        self.engine.positions()
+        self.engine.pieces().flatten().collect()
+    }
+
+    /// For every particle that models see, the number of its piece: 0 for the scene's own material, then those beside it.
+    pub fn pieces(&self) -> Vec<usize> {
+        let counts = self.engine.pieces().enumerate();
+        let of: Vec<usize> = counts.flat_map(|(k, points)| std::iter::repeat_n(k, points.len())).collect();
+        self.chosen.iter().map(|&i| of[i as usize]).collect()
     }
 
     /// Particles of the simulator on the material's surface \[m\].
@@ -153,7 +179,12 @@ impl World {
 
     /// Adds a velocity \[m/s\] to all of the material: a shove from outside.
     pub fn kick(&mut self, velocity: DVec3) {
-        self.engine.kick(velocity);
+        (0..self.engine.pieces().count()).for_each(|piece| self.engine.kick(piece, velocity));
+    }
+
+    /// Adds a velocity \[m/s\] to one of the [pieces](World::pieces).
+    pub fn kick_piece(&mut self, piece: usize, velocity: DVec3) {
+        self.engine.kick(piece, velocity);
     }
 
     /// One tool action: [`World::take`], then every step; the states x₀ … x_H.

@@ -1,6 +1,7 @@
 //! What a config says of the world.
-use super::{Material, MaterialSpec, StartSpec};
-use anyhow::ensure;
+use super::{Material, MaterialSpec, PieceSpec, StartSpec};
+use anyhow::{Context, ensure};
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +25,22 @@ pub struct SceneSpec {
     pub interval: f64,
     /// How finely the simulator computes.
     pub solver: SolverSpec,
+    /// Upright walls around the scene; without them the table goes on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walls: Option<WallsSpec>,
+    /// Further pieces by name, each of a material of its own.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub beside: IndexMap<String, PieceSpec>,
+}
+
+/// Where walls stand.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WallsSpec {
+    /// The room between them along x \[m\].
+    pub x: [f64; 2],
+    /// The room between them along y \[m\].
+    pub y: [f64; 2],
 }
 
 /// How finely the simulator computes: more of each is slower and closer to the material's own stiffness.
@@ -42,13 +59,16 @@ pub struct SolverSpec {
 }
 
 impl SceneSpec {
-    /// The material, once every number that serde cannot check is checked.
+    /// The materials, its own and then those beside it, once every number that serde cannot check is checked.
     ///
     /// # Errors
     /// A sentence naming the key whose value is impossible.
-    pub(super) fn check(&self) -> anyhow::Result<Box<dyn Material>> {
-        let material = self.material.clone().build()?;
-        let Self { spacing, particles, interval, solver, .. } = self;
+    pub(super) fn check(&self) -> anyhow::Result<Vec<Box<dyn Material>>> {
+        let mut materials = vec![self.material.clone().build()?];
+        for (name, piece) in &self.beside {
+            materials.push(piece.check().with_context(|| format!("in scene.beside.{name}"))?);
+        }
+        let Self { spacing, particles, interval, solver, walls, .. } = self;
         ensure!((0.002..=0.1).contains(spacing), "scene.spacing is {spacing} m; it must lie in [0.002, 0.1]");
         ensure!((0.001..=1.0).contains(interval), "scene.interval is {interval} s; it must lie in [0.001, 1]");
         ensure!(*particles > 0, "scene.particles is 0; models need at least one particle");
@@ -57,6 +77,12 @@ impl SceneSpec {
         {
             ensure!((1..=most).contains(&value), "scene.solver.{key} is {value}; it must lie in [1, {most}]");
         }
-        Ok(material)
+        for (key, [low, high]) in walls.iter().flat_map(|walls| [("x", walls.x), ("y", walls.y)]) {
+            ensure!(
+                low < high && (high - low).is_finite(),
+                "scene.walls.{key} = [{low}, {high}] must be [low, high] with low < high [m]"
+            );
+        }
+        Ok(materials)
     }
 }

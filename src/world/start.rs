@@ -1,4 +1,5 @@
 //! The shapes that dough starts in, drawn by seed.
+use super::drops::DropsSpec;
 use anyhow::ensure;
 use glam::DVec3;
 use rand::Rng;
@@ -14,6 +15,8 @@ pub struct Region {
     pub contains: Box<dyn Fn(DVec3) -> bool>,
     /// Turn about z \[rad\].
     pub turn: f64,
+    /// Height above the table at which its lowest point begins \[m\].
+    pub raised: f64,
 }
 
 /// A family of starts.
@@ -24,7 +27,7 @@ pub trait Start {
 
 family! {
     /// The kinds of starts.
-    StartSpec builds Box<dyn Start> { Block(BlockSpec), Ellipsoid(EllipsoidSpec) }
+    StartSpec builds Box<dyn Start> { Block(BlockSpec), Ellipsoid(EllipsoidSpec), Drops(DropsSpec) }
 }
 
 /// A rectangular block.
@@ -80,7 +83,7 @@ impl EllipsoidSpec {
 impl Start for BlockSpec {
     fn draw(&self, rng: &mut ChaCha8Rng) -> Region {
         let bounds = standing(&[self.x, self.y, self.z], rng);
-        Region { bounds, contains: Box::new(|_| true), turn: between(self.turn, rng) }
+        Region { bounds, contains: Box::new(|_| true), turn: between(self.turn, rng), raised: 0.0 }
     }
 }
 
@@ -92,7 +95,7 @@ impl Start for EllipsoidSpec {
             let rise = (2.0 * p.z / height - 1.0).max(0.0);
             (p.truncate() / half).length_squared() + rise * rise <= 1.0
         };
-        Region { bounds, contains: Box::new(contains), turn: between(self.turn, rng) }
+        Region { bounds, contains: Box::new(contains), turn: between(self.turn, rng), raised: 0.0 }
     }
 }
 
@@ -114,6 +117,6 @@ fn standing(sizes: &[[f64; 2]; 3], rng: &mut ChaCha8Rng) -> (DVec3, DVec3) {
     (-half.with_z(0.0), half.with_z(size.z))
 }
 
-fn between([low, high]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
+pub(super) fn between([low, high]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
     low + (high - low) * rng.random::<f64>()
 }

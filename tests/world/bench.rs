@@ -1,5 +1,6 @@
 //! A block of dough, tools, and how they move.
 use glam::{DQuat, DVec3};
+use indexmap::IndexMap;
 use pliant::state::{Control, Part, Pose, Solid, ToolShape};
 use pliant::tool::{Motion, Tool, ToolSpec, Workpiece};
 use pliant::world::{BlockSpec, DoughSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
@@ -28,7 +29,9 @@ pub(crate) fn spec() -> SceneSpec {
         spacing: 0.01,
         particles: 120,
         interval: 0.1,
-        solver: SolverSpec { steps: 4, substeps: 8, sweeps: 4 },
+        solver: SolverSpec { steps: 8, substeps: 8, sweeps: 4 },
+        walls: None,
+        beside: IndexMap::new(),
     }
 }
 

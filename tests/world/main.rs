@@ -3,5 +3,6 @@
 mod bench;
 mod bodies;
 mod building;
+mod fluid;
 mod memory;
 mod physics;
