@@ -2,7 +2,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant::compare::{CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
-use pliant::data::DatasetSpec;
+use pliant::data::{DatasetSpec, Info};
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
 use pliant::watch::Watch;
@@ -27,6 +27,11 @@ enum Verb {
         #[arg(long)]
         to: Option<PathBuf>,
     },
+    /// Look into, check and convert folders of episodes.
+    Data {
+        #[command(subcommand)]
+        verb: DataVerb,
+    },
     /// Simulate and fit every model of a comparison, then print how well each predicts.
     Fit {
         #[command(flatten)]
@@ -50,6 +55,23 @@ enum Verb {
         /// Which kind of config.
         #[arg(default_value = "compare")]
         of: Root,
+    },
+}
+
+#[derive(Subcommand)]
+enum DataVerb {
+    /// Counts, ranges, scales and a histogram of the motion.
+    Info {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// Print JSON instead of a page.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Compare every file with its hash, read every episode, and compare the metadata with both.
+    Check {
+        /// The dataset's folder.
+        folder: PathBuf,
     },
 }
 
@@ -97,6 +119,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             config::write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
             to_stdout(&format!("{} episodes in {}\n", dataset.episodes.len(), folder.display()))?;
         }
+        Verb::Data { verb } => data(verb)?,
         Verb::Fit { config } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
             let (_, predictions) = pliant::compare::fit(&loaded.spec, watch)?;
@@ -124,6 +147,17 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+fn data(verb: DataVerb) -> anyhow::Result<()> {
+    let text = match verb {
+        DataVerb::Info { folder, json } => {
+            let info = Info::of(&folder)?;
+            if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_text() }
+        }
+        DataVerb::Check { folder } => pliant::data::check(&folder)?.verdict()? + "\n",
+    };
+    to_stdout(&text)
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {

@@ -1,4 +1,5 @@
 //! A folder of episodes made from one spec.
+use super::contents::Contents;
 use super::{Episode, Metadata};
 use crate::state::ToolShape;
 use crate::tool::ToolSpec;
@@ -77,12 +78,9 @@ impl Dataset {
     /// # Errors
     /// When the folder or one of its files is missing, unfinished or damaged: a sentence with the file and the fix.
     pub fn load(folder: &Path) -> anyhow::Result<Self> {
-        let spec = read_spec(folder)?
-            .with_context(|| format!("{} holds no dataset (no {SPEC}); simulate one there first", folder.display()))?;
-        let metadata = Metadata::read(folder)?;
-        let episodes = read_episodes(folder, &spec)?;
-        let tools = tools(&spec).with_context(|| format!("in {}", folder.join(SPEC).display()))?;
-        Ok(Self { episodes, tools, metadata })
+        let contents = Contents::read(folder)?;
+        let episodes = contents.attempt(folder).into_iter().collect::<anyhow::Result<_>>()?;
+        Ok(Self { episodes, tools: contents.tools(folder)?, metadata: contents.metadata })
     }
 }
 

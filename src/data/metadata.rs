@@ -1,5 +1,5 @@
 //! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
-use super::dataset::{DatasetSpec, episode_path};
+use super::dataset::{DatasetSpec, SPEC, episode_path};
 use super::split::{HELD_OUT, held_out};
 use super::{Episode, Statistics};
 use crate::config::write_whole;
@@ -46,9 +46,10 @@ pub struct Metadata {
     pub statistics: Statistics,
     /// Every episode's file and tool.
     pub episodes: Vec<Entry>,
-    /// Seed of the dataset.
-    pub seed: u64,
-    /// The spec that made it.
+    /// Seed of the dataset; recordings have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// The spec that made it, or where recordings were imported from.
     pub spec: serde_json::Value,
 }
 
@@ -63,42 +64,87 @@ pub struct Entry {
     pub theta: Vec<f64>,
 }
 
+/// What episodes do not show of where they come from.
+struct Source {
+    case: String,
+    solver: String,
+    seed: Option<u64>,
+    spec: serde_json::Value,
+}
+
 impl Metadata {
-    const FILE: &str = "metadata.json";
+    pub(super) const FILE: &str = "metadata.json";
 
     /// Describes all `episodes` that `spec` asks for.
     pub(super) fn describe(spec: &DatasetSpec, episodes: &[Episode]) -> anyhow::Result<Self> {
-        let held = held_out(episodes.iter().map(|e| &e.tool[..]), HELD_OUT).into_iter().filter(|h| *h).count();
-        let points = episodes.iter().flat_map(|e| &e.states).flat_map(|x| &x.positions);
-        let (low, high) =
-            points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
-        let (dx, dt) = (spacing(&episodes[0].states[0].positions), episodes[0].interval);
         let entry = |(k, e): (usize, &Episode)| Entry {
             file: episode_path(Path::new(""), k).to_string_lossy().into_owned(),
             tool: e.tool.clone(),
             theta: e.theta.clone(),
         };
-        Ok(Self {
+        let source = Source {
             case: "pliant".into(),
             solver: "rapier3d".into(),
+            seed: Some(spec.seed),
+            spec: serde_json::to_value(spec).context("the dataset's spec cannot be written as JSON")?,
+        };
+        Ok(Self::measured(source, episodes.iter().enumerate().map(entry).collect(), episodes))
+    }
+
+    /// The same folder described anew from its spec, if it has one, and its episodes.
+    pub(super) fn again(&self, spec: Option<&DatasetSpec>, episodes: &[Episode]) -> anyhow::Result<Self> {
+        let Some(spec) = spec else {
+            let Self { case, solver, seed, spec, .. } = self.clone();
+            return Ok(Self::measured(Source { case, solver, seed, spec }, self.episodes.clone(), episodes));
+        };
+        Self::describe(spec, episodes)
+    }
+
+    /// What `source` says and what `episodes` show.
+    fn measured(source: Source, entries: Vec<Entry>, episodes: &[Episode]) -> Self {
+        let held = held_out(episodes.iter().map(|e| &e.tool[..]), HELD_OUT).into_iter().filter(|h| *h).count();
+        let (dx, dt) = (spacing(&episodes[0].states[0].positions), episodes[0].interval);
+        let steps = episodes.iter().map(Episode::horizon).min().unwrap_or_default();
+        Self {
+            case: source.case,
+            solver: source.solver,
             dim: 3,
             dx,
             dt,
-            t_end: dt * spec.steps as f64,
+            t_end: dt * steps as f64,
             write_every: 1,
-            sequence_length_train: spec.steps,
+            sequence_length_train: steps,
             num_trajs_train: episodes.len() - held,
-            sequence_length_test: spec.steps,
+            sequence_length_test: steps,
             num_trajs_test: held,
             num_particles_max: episodes.iter().map(|e| e.states[0].len()).max().unwrap_or_default(),
             periodic_boundary_conditions: [false; 3],
-            bounds: std::array::from_fn(|i| [low[i], high[i]]),
+            bounds: Self::bounds(episodes),
             default_connectivity_radius: 1.5 * dx,
             statistics: Statistics::of(episodes),
-            episodes: episodes.iter().enumerate().map(entry).collect(),
-            seed: spec.seed,
-            spec: serde_json::to_value(spec).context("the dataset's spec cannot be written as JSON")?,
-        })
+            episodes: entries,
+            seed: source.seed,
+            spec: source.spec,
+        }
+    }
+
+    /// Least and greatest position along each axis \[m\]; zeros of no episodes.
+    pub(super) fn bounds(episodes: &[Episode]) -> [[f64; 2]; 3] {
+        let mut points = episodes.iter().flat_map(|e| &e.states).flat_map(|x| &x.positions);
+        let first = points.next().copied().unwrap_or_default();
+        let (low, high) = points.fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
+        std::array::from_fn(|i| [low[i], high[i]])
+    }
+
+    /// Whether the episodes were recorded elsewhere.
+    pub(super) fn is_imported(&self) -> bool {
+        self.seed.is_none()
+    }
+
+    /// Names of the files that the dataset consists of, this one included.
+    pub(super) fn files(&self) -> Vec<String> {
+        let spec = (!self.is_imported()).then(|| SPEC.to_owned());
+        spec.into_iter().chain([Self::FILE.to_owned()]).chain(self.episodes.iter().map(|e| e.file.clone())).collect()
     }
 
     /// Writes `metadata.json` into `folder`, whole.

@@ -1,15 +1,23 @@
 //! Episodes: what the world did under random actions, on disk and in memory.
 mod arrays;
+mod check;
+mod contents;
 mod dataset;
 mod episode;
 mod file;
+mod histogram;
+mod info;
 mod metadata;
 mod simulate;
 mod split;
 mod statistics;
+mod sums;
 
+pub use check::{Check, check};
 pub use dataset::{Dataset, DatasetSpec};
 pub use episode::Episode;
+pub use histogram::Histogram;
+pub use info::{Info, Usage};
 pub use metadata::Metadata;
 pub use simulate::{record, simulate};
 pub use split::HELD_OUT;

@@ -1,5 +1,6 @@
 //! Makes a dataset: random actions of each tool from random starts.
 use super::dataset::{DatasetSpec, SPEC, episode_path, read_episodes, tools};
+use super::sums::write_sums;
 use super::{Dataset, Episode, Metadata};
 use crate::config::{hold, write_whole};
 use crate::state::{Particles, stream};
@@ -27,8 +28,10 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     let _held = hold(folder)?;
     let missing: Vec<usize> =
         (0..spec.episodes).into_par_iter().filter(|k| Episode::read(&episode_path(folder, *k), "").is_err()).collect();
-    let bar = watch.stage("simulate", spec.episodes as u64);
-    bar.inc((spec.episodes - missing.len()) as u64);
+    let bar = watch.stage("simulate episodes", spec.episodes as u64);
+    bar.set_position((spec.episodes - missing.len()) as u64);
+    // What an earlier run made would count as done in no time.
+    bar.reset_eta();
     let make = |k: usize| -> anyhow::Result<()> {
         if !watch.stopped() {
             record(spec, k).and_then(|episode| episode.write(&episode_path(folder, k)))?;
@@ -44,6 +47,7 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     let episodes = read_episodes(folder, spec)?;
     let metadata = Metadata::describe(spec, &episodes)?;
     metadata.write(folder)?;
+    write_sums(folder, &metadata.files())?;
     sweep(folder)?;
     Ok(Dataset { episodes, tools: shapes, metadata })
 }
