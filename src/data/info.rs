@@ -1,6 +1,6 @@
 //! What a folder of episodes holds, in numbers.
 use super::contents::Contents;
-use super::{Episode, Histogram, Metadata, Statistics};
+use super::{Episode, Histogram, Metadata, SplitSpec, Statistics};
 use indexmap::IndexMap;
 use serde::Serialize;
 use std::fmt::Write;
@@ -27,12 +27,20 @@ pub struct Info {
     pub minutes: f64,
     /// What each tool did, by name.
     pub tools: IndexMap<String, Usage>,
+    /// Number of episodes with each material, where the dataset lists several.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub materials: IndexMap<String, usize>,
+    /// Number of episodes with each start, where the dataset lists several.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    pub starts: IndexMap<String, usize>,
     /// Least and greatest position along each axis \[m\].
     pub bounds: [[f64; 2]; 3],
     /// Scales of the motion in all episodes.
     pub statistics: Statistics,
     /// How far particles go in a step.
     pub displacement: Histogram,
+    /// By what rule episodes are held out.
+    pub split: SplitSpec,
     /// Number of episodes to learn from.
     pub train: usize,
     /// Number of episodes held out.
@@ -58,13 +66,18 @@ impl Info {
     pub fn of(folder: &Path) -> anyhow::Result<Self> {
         let contents = Contents::read(folder)?;
         let (mut episodes, mut unreadable) = (Vec::new(), Vec::new());
-        for read in contents.attempt(folder) {
+        let (mut materials, mut starts) = (IndexMap::new(), IndexMap::new());
+        for (entry, read) in contents.metadata.episodes.iter().zip(contents.attempt(folder)) {
             match read {
-                Ok(episode) => episodes.push(episode),
+                Ok(episode) => {
+                    episodes.push(episode);
+                    entry.material.iter().for_each(|name| *materials.entry(name.clone()).or_default() += 1);
+                    entry.start.iter().for_each(|name| *starts.entry(name.clone()).or_default() += 1);
+                }
                 Err(error) => unreadable.push(format!("{error:#}")),
             }
         }
-        let Metadata { solver, num_trajs_train, num_trajs_test, dt, .. } = contents.metadata;
+        let Metadata { solver, split, num_trajs_train, num_trajs_test, dt, .. } = contents.metadata;
         let mut tools: IndexMap<String, Usage> = IndexMap::new();
         episodes.iter().for_each(|e| tools.entry(e.tool.clone()).or_default().count(e));
         Ok(Self {
@@ -75,6 +88,9 @@ impl Info {
             interval: dt,
             minutes: tools.values().map(|t| t.minutes).sum(),
             tools,
+            materials,
+            starts,
+            split,
             bounds: Metadata::bounds(&episodes),
             statistics: Statistics::of(&episodes),
             displacement: Histogram::of(&episodes),
@@ -114,6 +130,12 @@ impl Info {
                     }
                 ),
             );
+        }
+        for (name, count) in &self.materials {
+            line("material", format!("{name}: {count} episodes"));
+        }
+        for (name, count) in &self.starts {
+            line("start", format!("{name}: {count} episodes"));
         }
         for (axis, [low, high]) in ["x", "y", "z"].iter().zip(self.bounds) {
             line(axis, format!("{low:.4} to {high:.4} m"));
