@@ -2,7 +2,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant::compare::{CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
-use pliant::data::{DatasetSpec, Info};
+use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
 use pliant::watch::Watch;
@@ -67,6 +67,28 @@ enum DataVerb {
         /// Print JSON instead of a page.
         #[arg(long)]
         json: bool,
+    },
+    /// Make a dataset of others' recordings.
+    Import {
+        /// A file or a folder of files.
+        source: PathBuf,
+        /// Folder to write to, a new one.
+        #[arg(long)]
+        to: PathBuf,
+        /// What the files are.
+        #[arg(long, value_parser = recording)]
+        format: &'static dyn Recording,
+    },
+    /// Write a dataset as another framework reads it.
+    Export {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// Folder to write to.
+        #[arg(long)]
+        to: PathBuf,
+        /// What to write.
+        #[arg(long, value_parser = layout)]
+        format: &'static dyn Layout,
     },
     /// Compare every file with its hash, read every episode, and compare the metadata with both.
     Check {
@@ -156,8 +178,30 @@ fn data(verb: DataVerb) -> anyhow::Result<()> {
             if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_text() }
         }
         DataVerb::Check { folder } => pliant::data::check(&folder)?.verdict()? + "\n",
+        DataVerb::Import { source, to, format } => {
+            let dataset = pliant::data::import(&source, format, &to)?;
+            format!("{} episodes in {}\n", dataset.episodes.len(), to.display())
+        }
+        DataVerb::Export { folder, to, format } => {
+            let parts = pliant::data::export(&folder, format, &to)?.map(|(name, count)| format!("{count} in {name}"));
+            format!("{} of {}\n", parts.join(", "), to.display())
+        }
     };
     to_stdout(&text)
+}
+
+fn recording(name: &str) -> Result<&'static dyn Recording, String> {
+    named(name, RECORDINGS, |recording| recording.name())
+}
+
+fn layout(name: &str) -> Result<&'static dyn Layout, String> {
+    named(name, LAYOUTS, |layout| layout.name())
+}
+
+/// The one of that name, or a sentence with all names.
+fn named<T: Copy>(name: &str, table: &[T], of: impl Fn(&T) -> &str) -> Result<T, String> {
+    let names = || table.iter().map(&of).collect::<Vec<_>>().join(", ");
+    table.iter().find(|one| of(one) == name).copied().ok_or_else(|| format!("there is {}", names()))
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {
