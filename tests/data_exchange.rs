@@ -65,7 +65,7 @@ fn recordings_become_a_dataset_that_stands_upright_without_a_tool() {
 
     let (train, held_out) = read.split(HELD_OUT);
     for (speed, episode) in [0.1, 0.2, 0.3, 0.4].into_iter().zip(train.iter().chain(&held_out)) {
-        let (cube, fluid): (Vec<usize>, Vec<usize>) = (0..70).partition(|i| episode.body[*i] == 0);
+        let (cube, fluid): (Vec<usize>, Vec<usize>) = (0..70).partition(|i| episode.body[*i] == 1);
         assert_eq!((cube, fluid), ((0..64).collect(), (64..70).collect()));
         let last = &episode.states[4];
         // What was up is now along z, what was along z now points to −y, and velocities are backward differences.
@@ -192,7 +192,7 @@ f = h5py.File(f'{sys.argv[2]}/train.h5', 'r')
 assert list(f) == ['00000', '00001'] and f['00000/position'].dtype == np.float32
 a = np.load(f'{sys.argv[1]}/episode_00001.npz')
 assert (f['00001/position'][:] == a['positions']).all()
-assert (f['00001/particle_type'][:] == np.where(a['body'] == 0, 0, 3)).all()
+assert (f['00001/particle_type'][:] == np.r_[np.full(64, 3), np.zeros(6)]).all()
 assert list(h5py.File(f'{sys.argv[2]}/valid.h5', 'r')) == list(h5py.File(f'{sys.argv[2]}/test.h5', 'r')) == ['00000']
 m = json.load(open(f'{sys.argv[2]}/metadata.json'))
 assert m['num_particles_max'] == 70 and m['sequence_length_train'] == 4 and 'spec' not in m";
@@ -220,7 +220,7 @@ fn bodies_become_types_that_are_not_the_kinematic_one() {
     let program = "
 with np.load(f'{sys.argv[1]}/test.npz', allow_pickle=True) as file:
     (x, kinds), = [item for _, item in file.items()]
-assert x.shape == (5, 70, 3) and (kinds == np.r_[np.zeros(64), np.ones(6)]).all()";
+assert x.shape == (5, 70, 3) and (kinds == np.r_[np.ones(64), np.zeros(6)]).all()";
     python(program, &[&out]);
 }
 

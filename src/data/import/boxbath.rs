@@ -26,7 +26,7 @@ impl Recording for Boxbath {
     }
 
     fn bodies(&self) -> &'static [&'static str] {
-        &["rigid cube", "fluid"]
+        &["fluid", "rigid cube"]
     }
 
     fn read(&self, path: &Path) -> anyhow::Result<Episode> {
@@ -48,7 +48,7 @@ impl Recording for Boxbath {
             start: Vec::new(),
             controls: vec![Control::default(); frames.len() - 1],
             states: states(frames, INTERVAL),
-            body: (0..count).map(|i| u32::from(i >= CUBE)).collect(),
+            body: (0..count).map(|i| u32::from(i < CUBE)).collect(),
         })
     }
 
