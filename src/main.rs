@@ -2,7 +2,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant::compare::{CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
-use pliant::data::DatasetSpec;
+use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
 use pliant::watch::Watch;
@@ -27,6 +27,11 @@ enum Verb {
         #[arg(long)]
         to: Option<PathBuf>,
     },
+    /// Look into, check and convert folders of episodes.
+    Data {
+        #[command(subcommand)]
+        verb: DataVerb,
+    },
     /// Simulate and fit every model of a comparison, then print how well each predicts.
     Fit {
         #[command(flatten)]
@@ -50,6 +55,45 @@ enum Verb {
         /// Which kind of config.
         #[arg(default_value = "compare")]
         of: Root,
+    },
+}
+
+#[derive(Subcommand)]
+enum DataVerb {
+    /// Counts, ranges, scales and a histogram of the motion.
+    Info {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// Print JSON instead of a page.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Make a dataset of others' recordings.
+    Import {
+        /// A file or a folder of files.
+        source: PathBuf,
+        /// Folder to write to, a new one.
+        #[arg(long)]
+        to: PathBuf,
+        /// What the files are.
+        #[arg(long, value_parser = recording)]
+        format: &'static dyn Recording,
+    },
+    /// Write a dataset as another framework reads it.
+    Export {
+        /// The dataset's folder.
+        folder: PathBuf,
+        /// Folder to write to.
+        #[arg(long)]
+        to: PathBuf,
+        /// What to write.
+        #[arg(long, value_parser = layout)]
+        format: &'static dyn Layout,
+    },
+    /// Compare every file with its hash, read every episode, and compare the metadata with both.
+    Check {
+        /// The dataset's folder.
+        folder: PathBuf,
     },
 }
 
@@ -97,6 +141,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             config::write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
             to_stdout(&format!("{} episodes in {}\n", dataset.episodes.len(), folder.display()))?;
         }
+        Verb::Data { verb } => data(verb)?,
         Verb::Fit { config } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
             let (_, predictions) = pliant::compare::fit(&loaded.spec, watch)?;
@@ -124,6 +169,39 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+fn data(verb: DataVerb) -> anyhow::Result<()> {
+    let text = match verb {
+        DataVerb::Info { folder, json } => {
+            let info = Info::of(&folder)?;
+            if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_text() }
+        }
+        DataVerb::Check { folder } => pliant::data::check(&folder)?.verdict()? + "\n",
+        DataVerb::Import { source, to, format } => {
+            let dataset = pliant::data::import(&source, format, &to)?;
+            format!("{} episodes in {}\n", dataset.episodes.len(), to.display())
+        }
+        DataVerb::Export { folder, to, format } => {
+            let parts = pliant::data::export(&folder, format, &to)?.map(|(name, count)| format!("{count} in {name}"));
+            format!("{} of {}\n", parts.join(", "), to.display())
+        }
+    };
+    to_stdout(&text)
+}
+
+fn recording(name: &str) -> Result<&'static dyn Recording, String> {
+    named(name, RECORDINGS, |recording| recording.name())
+}
+
+fn layout(name: &str) -> Result<&'static dyn Layout, String> {
+    named(name, LAYOUTS, |layout| layout.name())
+}
+
+/// The one of that name, or a sentence with all names.
+fn named<T: Copy>(name: &str, table: &[T], of: impl Fn(&T) -> &str) -> Result<T, String> {
+    let names = || table.iter().map(&of).collect::<Vec<_>>().join(", ");
+    table.iter().find(|one| of(one) == name).copied().ok_or_else(|| format!("there is {}", names()))
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {

@@ -40,6 +40,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("nalgebra", &["src/planner/"]),
     ("cmaes", &["src/train/"]),
     ("lsap", &["src/metric/"]),
+    ("hdf5_pure", &["src/data/export/"]),
     ("kuva", &["src/table/"]),
     ("clap", &["src/main.rs", "experiments/"]),
 ];

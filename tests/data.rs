@@ -62,7 +62,7 @@ fn a_killed_run_goes_on_and_ends_with_the_same_bytes_on_any_number_of_threads() 
     };
     let dataset = on(1, whole.path());
     let expected = files(whole.path());
-    assert_eq!(expected.len(), 6 + 3, "{:?}", expected.keys());
+    assert_eq!(expected.len(), 6 + 4, "{:?}", expected.keys());
 
     // What a kill leaves: some files not there, one half written beside its place, no metadata.
     on(3, killed.path());

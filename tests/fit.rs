@@ -58,7 +58,8 @@ fn press(world: &dyn WorldModel, k: usize, tools: &Tools) -> Episode {
         let now = &mut states[t];
         now.velocities = now.positions.iter().zip(before).map(|(x, b)| (*x - b) / 0.1).collect();
     }
-    Episode { tool: "plate".into(), theta: Vec::new(), interval: 0.1, start: scene.poses, controls, states }
+    let body = vec![0; states[0].len()];
+    Episode { tool: "plate".into(), theta: Vec::new(), interval: 0.1, start: scene.poses, controls, states, body }
 }
 
 fn world() -> Split {

@@ -4,7 +4,7 @@ use npyz::npz::{NpzArchive, NpzWriter};
 use npyz::zip::{CompressionMethod, DateTime, write::FileOptions};
 use npyz::{AutoSerialize, Deserialize, NpyFile, Order, WriterBuilder};
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// An open archive.
@@ -24,6 +24,11 @@ impl Arrays {
             format!("{} {what}; make it again", path.display())
         })?;
         Ok(Self { path: path.to_owned(), archive })
+    }
+
+    /// Whether there is an array `name`.
+    pub(super) fn has(&mut self, name: &str) -> bool {
+        self.archive.zip_archive().file_names().any(|there| there.strip_suffix(".npy") == Some(name))
     }
 
     /// The array `name` in row-major order, with as many axes as `shape`; a `None` there takes any length.
@@ -70,16 +75,24 @@ impl Draft {
         Self(NpzWriter::new(Cursor::new(Vec::new())))
     }
 
+    /// The clock of the archive format would make equal arrays differ.
+    fn options() -> FileOptions {
+        FileOptions::default().compression_method(CompressionMethod::Stored).last_modified_time(DateTime::default())
+    }
+
     /// Adds an array.
     pub(super) fn add<T: AutoSerialize>(&mut self, name: &str, shape: &[usize], values: Vec<T>) -> anyhow::Result<()> {
-        // The clock of the archive format would make equal arrays differ.
-        let options = FileOptions::default()
-            .compression_method(CompressionMethod::Stored)
-            .last_modified_time(DateTime::default());
         let shape: Vec<u64> = shape.iter().map(|n| *n as u64).collect();
-        let mut array = self.0.array(name, options)?.default_dtype().shape(&shape).begin_nd()?;
+        let mut array = self.0.array(name, Self::options())?.default_dtype().shape(&shape).begin_nd()?;
         array.extend(values)?;
         Ok(array.finish()?)
+    }
+
+    /// Adds the bytes of a `.npy` file.
+    pub(super) fn add_bytes(&mut self, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+        let zip = self.0.zip_writer();
+        zip.start_file(format!("{name}.npy"), Self::options())?;
+        Ok(zip.write_all(bytes)?)
     }
 
     /// The archive's bytes.

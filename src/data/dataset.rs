@@ -1,8 +1,9 @@
 //! A folder of episodes made from one spec.
-use super::{Episode, Metadata};
+use super::contents::Contents;
+use super::{Episode, Metadata, SplitSpec};
 use crate::state::ToolShape;
 use crate::tool::ToolSpec;
-use crate::world::SceneSpec;
+use crate::world::{MaterialSpec, SceneSpec, StartSpec};
 use anyhow::{Context, ensure};
 use indexmap::IndexMap;
 use rayon::prelude::*;
@@ -32,6 +33,15 @@ pub struct DatasetSpec {
     pub scene: SceneSpec,
     /// The tools by name; episode k uses number k modulo their count.
     pub tool: IndexMap<String, ToolSpec>,
+    /// Materials by name that take the place of the scene's, one an episode, each with every tool; planning keeps the scene's.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub material: IndexMap<String, MaterialSpec>,
+    /// Starts by name that take the place of the scene's, one an episode, each with every tool and material.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub start: IndexMap<String, StartSpec>,
+    /// Which episodes are held out; changing it keeps the episodes of a folder.
+    #[serde(default, skip_serializing_if = "SplitSpec::is_default")]
+    pub split: SplitSpec,
 }
 
 fn steps() -> usize {
@@ -48,6 +58,33 @@ impl DatasetSpec {
         self.tool.get_index(k % self.tool.len()).expect("a number below their count").0
     }
 
+    /// Material of episode `k`, where several are listed.
+    pub(super) fn material_of(&self, k: usize) -> Option<(&str, &MaterialSpec)> {
+        turn(&self.material, k / self.tool.len())
+    }
+
+    /// Start of episode `k`, where several are listed.
+    pub(super) fn start_of(&self, k: usize) -> Option<(&str, &StartSpec)> {
+        turn(&self.start, k / (self.tool.len() * self.material.len().max(1)))
+    }
+
+    /// Number of episodes after which every tool has met every material and start.
+    pub(super) fn combinations(&self) -> usize {
+        self.tool.len() * self.material.len().max(1) * self.start.len().max(1)
+    }
+
+    /// The scene of episode `k`.
+    pub(super) fn scene_of(&self, k: usize) -> SceneSpec {
+        let mut scene = self.scene.clone();
+        if let Some((_, material)) = self.material_of(k) {
+            scene.material = material.clone();
+        }
+        if let Some((_, start)) = self.start_of(k) {
+            scene.start = start.clone();
+        }
+        scene
+    }
+
     /// Refuses what no dataset can be made of.
     ///
     /// # Errors
@@ -56,8 +93,13 @@ impl DatasetSpec {
         ensure!(self.episodes > 0, "`episodes` is 0; a dataset needs at least one");
         ensure!(self.steps >= 3, "`steps` is {}; a tool needs three to come, work and leave", self.steps);
         ensure!(!self.tool.is_empty(), "`tool` is empty; name at least one tool");
-        Ok(())
+        self.split.clone().build()?.check(self)
     }
+}
+
+/// Number `k` modulo their count of some named things; `None` of nothing.
+fn turn<T>(things: &IndexMap<String, T>, k: usize) -> Option<(&str, &T)> {
+    things.get_index(k % things.len().max(1)).map(|(name, thing)| (&name[..], thing))
 }
 
 /// Episodes in memory, and the shapes of the tools that made them.
@@ -77,12 +119,9 @@ impl Dataset {
     /// # Errors
     /// When the folder or one of its files is missing, unfinished or damaged: a sentence with the file and the fix.
     pub fn load(folder: &Path) -> anyhow::Result<Self> {
-        let spec = read_spec(folder)?
-            .with_context(|| format!("{} holds no dataset (no {SPEC}); simulate one there first", folder.display()))?;
-        let metadata = Metadata::read(folder)?;
-        let episodes = read_episodes(folder, &spec)?;
-        let tools = tools(&spec).with_context(|| format!("in {}", folder.join(SPEC).display()))?;
-        Ok(Self { episodes, tools, metadata })
+        let contents = Contents::read(folder)?;
+        let episodes = contents.attempt(folder).into_iter().collect::<anyhow::Result<_>>()?;
+        Ok(Self { episodes, tools: contents.tools(folder)?, metadata: contents.metadata })
     }
 }
 

@@ -12,12 +12,14 @@ pub struct Episode {
     pub theta: Vec<f64>,
     /// Duration of a control step \[s\].
     pub interval: f64,
-    /// Pose of each tool part at the start.
+    /// Pose of each tool part at the start; none in recordings without a tool.
     pub start: Vec<Pose>,
     /// H controls.
     pub controls: Vec<Control>,
     /// H + 1 states; velocities are backward differences, zero at the start.
     pub states: Rollout,
+    /// Number of the body that each particle belongs to, N rows; 0 where there is but one.
+    pub body: Vec<u32>,
 }
 
 impl Episode {

@@ -15,11 +15,11 @@ impl Episode {
     /// Reads the episode file at `path`, made with the tool called `tool`.
     ///
     /// Arrays: `positions` (H + 1, N, 3) float32 \[m\]; `tool_poses` (H + 1, parts, 7) float64, x y z \[m\] and the unit
-    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\].
+    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\]; `body` (N) int32, left out where all are 0.
     ///
     /// # Errors
     /// When the file is missing or truncated, an array is missing or of another shape or type, a number is not finite, a
-    /// quaternion has not length 1, or the interval is not positive.
+    /// quaternion has not length 1, the interval is not positive, or a body number is negative.
     pub fn read(path: &Path, tool: &str) -> anyhow::Result<Self> {
         let mut arrays = Arrays::open(path)?;
         let (shape, positions) = arrays.read::<f32>("positions", &[None, None, Some(3)])?;
@@ -41,13 +41,14 @@ impl Episode {
             "`tool_poses` in {} has a quaternion whose length is not 1; its columns are x y z qx qy qz qw",
             path.display()
         );
-        ensure!(shape[1] > 0, "`tool_poses` in {} has no tool part", path.display());
-        let mut controls = poses.chunks_exact(shape[1]).map(|poses| Control { poses: poses.to_vec() });
+        let parts = shape[1];
+        let mut controls = (0..frames).map(|t| Control { poses: poses[t * parts..(t + 1) * parts].to_vec() });
         let start = controls.next().map(|c| c.poses).unwrap_or_default();
+        let controls = controls.collect();
+        let body = bodies(&mut arrays, count, path)?;
         let points: Vec<DVec3> = positions.chunks_exact(3).map(|p| Vec3::from_slice(p).as_dvec3()).collect();
         let frames = points.chunks_exact(count).map(<[DVec3]>::to_vec).collect();
-        let controls = controls.collect();
-        Ok(Self { tool: tool.to_owned(), theta, interval, start, controls, states: states(frames, interval) })
+        Ok(Self { tool: tool.to_owned(), theta, interval, start, controls, states: states(frames, interval), body })
     }
 
     /// Writes the episode to `path`, whole; positions are rounded to float32, velocities are not kept.
@@ -59,6 +60,7 @@ impl Episode {
             (self.horizon() + 1, self.states.first().map_or(0, Particles::len), self.start.len());
         let even = self.states.len() == frames
             && self.states.iter().all(|x| x.len() == count)
+            && self.body.len() == count
             && self.controls.iter().all(|c| c.poses.len() == parts);
         ensure!(even, "the episode for {} has uneven numbers of states, particles or tool parts", path.display());
         ensure!(
@@ -76,10 +78,28 @@ impl Episode {
             .add("positions", &[frames, count, 3], positions)
             .and_then(|()| draft.add("tool_poses", &[frames, parts, POSE], poses))
             .and_then(|()| draft.add("theta", &[self.theta.len()], self.theta.clone()))
-            .and_then(|()| draft.add("interval", &[], vec![self.interval]));
+            .and_then(|()| draft.add("interval", &[], vec![self.interval]))
+            .and_then(|()| match self.body.iter().any(|body| *body > 0) {
+                true => draft.add("body", &[count], numbers(&self.body)?),
+                false => Ok(()),
+            });
         added.with_context(|| format!("{} cannot be prepared", path.display()))?;
         write_whole(path, &draft.bytes()?)
     }
+}
+
+/// The array `body`; zeros where there is none.
+fn bodies(arrays: &mut Arrays, count: usize, path: &Path) -> anyhow::Result<Vec<u32>> {
+    if !arrays.has("body") {
+        return Ok(vec![0; count]);
+    }
+    let (_, numbers) = arrays.read::<i32>("body", &[Some(count)])?;
+    let body: Result<Vec<u32>, _> = numbers.into_iter().map(u32::try_from).collect();
+    body.with_context(|| format!("`body` in {} has a negative number; bodies count from 0", path.display()))
+}
+
+fn numbers(body: &[u32]) -> anyhow::Result<Vec<i32>> {
+    body.iter().map(|b| Ok(i32::try_from(*b)?)).collect()
 }
 
 #[cfg(test)]
@@ -102,6 +122,29 @@ mod tests {
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
         assert_eq!(std::fs::read(&a).unwrap()[10..14], [0, 0, 0x21, 0], "the archive carries the time of writing");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "a draft was left behind");
+    }
+
+    #[test]
+    fn bodies_and_the_lack_of_a_tool_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("episode.npz");
+        let mut episode = made_up(3);
+        episode.body = vec![0, 2, 1, 1, 0];
+        (episode.start, episode.theta) = (Vec::new(), Vec::new());
+        episode.controls.iter_mut().for_each(|c| c.poses.clear());
+        episode.write(&path).unwrap();
+        assert_eq!(Episode::read(&path, "press").unwrap(), episode);
+        episode.body.pop();
+        assert!(format!("{:#}", episode.write(&path).unwrap_err()).contains("uneven"));
+
+        let mut draft = Draft::new();
+        draft.add("positions", &[2, 1, 3], vec![0.0f32; 6]).unwrap();
+        draft.add("tool_poses", &[2, 0, 7], Vec::<f64>::new()).unwrap();
+        draft.add("theta", &[0], Vec::<f64>::new()).unwrap();
+        draft.add("interval", &[], vec![0.1]).unwrap();
+        draft.add("body", &[1], vec![-1i32]).unwrap();
+        std::fs::write(&path, draft.bytes().unwrap()).unwrap();
+        assert!(sentence(&path).contains("`body`"), "{}", sentence(&path));
     }
 
     #[test]

@@ -1,18 +1,30 @@
 //! Episodes: what the world did under random actions, on disk and in memory.
 mod arrays;
+mod check;
+mod contents;
 mod dataset;
 mod episode;
+mod export;
 mod file;
+mod histogram;
+mod import;
+mod info;
 mod metadata;
 mod simulate;
 mod split;
 mod statistics;
+mod sums;
 
+pub use check::{Check, check};
 pub use dataset::{Dataset, DatasetSpec};
 pub use episode::Episode;
-pub use metadata::Metadata;
+pub use export::{LAYOUTS, Layout, Trajectory, export};
+pub use histogram::Histogram;
+pub use import::{RECORDINGS, Recording, import};
+pub use info::{Info, Usage};
+pub use metadata::{Entry, Metadata};
 pub use simulate::{record, simulate};
-pub use split::HELD_OUT;
+pub use split::{By, EpisodeSpec, GivenSpec, GroupSpec, HELD_OUT, HoldOut, Part, SizeSpec, SplitSpec};
 pub use statistics::Statistics;
 
 /// A small episode of `steps` control steps that is not physical at all, for tests.
@@ -34,5 +46,6 @@ fn made_up(steps: usize) -> Episode {
         start: vec![pose(0)],
         controls: (1..=steps).map(|t| Control { poses: vec![pose(t)] }).collect(),
         states: episode::states((0..=steps).map(|t| (0..5).map(|i| position(t, i)).collect()).collect(), interval),
+        body: vec![0; 5],
     }
 }

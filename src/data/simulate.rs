@@ -1,5 +1,6 @@
 //! Makes a dataset: random actions of each tool from random starts.
-use super::dataset::{DatasetSpec, SPEC, episode_path, read_episodes, tools};
+use super::dataset::{DatasetSpec, SPEC, episode_path, read_episodes, read_spec, tools};
+use super::sums::write_sums;
 use super::{Dataset, Episode, Metadata};
 use crate::config::{hold, write_whole};
 use crate::state::{Particles, stream};
@@ -27,8 +28,10 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     let _held = hold(folder)?;
     let missing: Vec<usize> =
         (0..spec.episodes).into_par_iter().filter(|k| Episode::read(&episode_path(folder, *k), "").is_err()).collect();
-    let bar = watch.stage("simulate", spec.episodes as u64);
-    bar.inc((spec.episodes - missing.len()) as u64);
+    let bar = watch.stage("simulate episodes", spec.episodes as u64);
+    bar.set_position((spec.episodes - missing.len()) as u64);
+    // What an earlier run made would count as done in no time.
+    bar.reset_eta();
     let make = |k: usize| -> anyhow::Result<()> {
         if !watch.stopped() {
             record(spec, k).and_then(|episode| episode.write(&episode_path(folder, k)))?;
@@ -44,6 +47,7 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
     let episodes = read_episodes(folder, spec)?;
     let metadata = Metadata::describe(spec, &episodes)?;
     metadata.write(folder)?;
+    write_sums(folder, &metadata.files())?;
     sweep(folder)?;
     Ok(Dataset { episodes, tools: shapes, metadata })
 }
@@ -54,7 +58,7 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
 /// When the tool or the world cannot be built, or the world produces a number that is not finite.
 pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     let mut rng = stream(spec.seed, &[u64::from_le_bytes(*b"episodes"), k as u64]);
-    let mut world = World::new(&spec.scene, rng.random())?;
+    let mut world = World::new(&spec.scene_of(k), rng.random())?;
     let names = || spec.tool.keys();
     for _ in 0..rng.random_range(0..=spec.before) {
         let name = names().nth(rng.random_range(0..spec.tool.len())).expect("a number below their count");
@@ -73,7 +77,8 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     );
     let rounded = |x: &Particles| x.positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
     let states = super::episode::states(rollout.iter().map(rounded).collect(), interval);
-    Ok(Episode { tool: name, theta, interval, start: motion.start, controls: motion.controls, states })
+    let body = vec![0; rollout[0].len()];
+    Ok(Episode { tool: name, theta, interval, start: motion.start, controls: motion.controls, states, body })
 }
 
 /// A uniformly random action of `tool` on `particles`.
@@ -92,21 +97,21 @@ fn draw(tool: &dyn Tool, particles: &Particles, steps: usize, rng: &mut ChaCha8R
 fn claim(spec: &DatasetSpec, folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let text = toml_edit::ser::to_string_pretty(spec).context("the dataset's spec cannot be written as TOML")?;
-    let path = folder.join(SPEC);
-    match std::fs::read_to_string(&path) {
-        Ok(there) => ensure!(
-            there == text,
+    match read_spec(folder)? {
+        Some(there) if there == *spec => return Ok(()),
+        // Another split of the same episodes.
+        Some(there) => ensure!(
+            DatasetSpec { split: spec.split.clone(), ..there } == *spec,
             "{} was made from another spec; remove the folder or simulate into another one",
             folder.display()
         ),
-        Err(_) => {
+        None => {
             let strange =
                 std::fs::read_dir(folder)?.flatten().any(|e| e.path().extension().is_some_and(|x| x == "npz"));
             ensure!(!strange, "{} holds .npz files but no {SPEC}; simulate into another folder", folder.display());
-            write_whole(&path, text.as_bytes())?;
         }
     }
-    Ok(())
+    write_whole(&folder.join(SPEC), text.as_bytes())
 }
 
 /// Removes what a killed run left half written.

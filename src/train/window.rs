@@ -194,6 +194,7 @@ mod tests {
             start: vec![pose(0)],
             controls: (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect(),
             states: (0..=6).map(state).collect(),
+            body: vec![0; 3],
         }
     }
 

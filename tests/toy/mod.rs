@@ -155,6 +155,7 @@ pub(crate) fn episodes(model: &Toy, count: usize, steps: usize, seed: u64) -> Ve
                 start: scene.poses.clone(),
                 states: model.rollout(&scene, &controls),
                 controls,
+                body: vec![0; 12],
             }
         })
         .collect()
