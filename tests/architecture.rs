@@ -21,6 +21,7 @@ const ORDER: &[&str] = &[
     "chooser",
     "compare",
     "table",
+    "view",
     "sweep",
 ];
 
@@ -41,6 +42,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("cmaes", &["src/train/"]),
     ("lsap", &["src/metric/"]),
     ("kuva", &["src/table/"]),
+    ("base64", &["src/view/"]),
     ("clap", &["src/main.rs", "experiments/"]),
 ];
 
