@@ -1,6 +1,7 @@
 // Where the scene is seen from: an orbit around a point, turned and moved by mouse or fingers.
 
-const FIELD = (35 * Math.PI) / 180;
+/** Distance from which a picture's narrower side is two units wide: a field of 35°. */
+const FOCUS = 1 / Math.tan((35 * Math.PI) / 360);
 
 const camera = { yaw: -1.1, pitch: 0.45, distance: 1, target: [0, 0, 0] };
 
@@ -23,7 +24,7 @@ function viewMatrix() {
 
 /** Eye to clip space, columns first; the target appears a fraction `aside` of half the width left of the middle. */
 function projectionMatrix(aspect, aside) {
-  const near = camera.distance / 50, far = camera.distance * 50, f = 1 / Math.tan(FIELD / 2);
+  const near = camera.distance / 50, far = camera.distance * 50, f = FOCUS * Math.min(1, aspect);
   return new Float32Array([f / aspect, 0, 0, 0, 0, f, 0, 0, aside, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0]);
 }
 
@@ -31,7 +32,7 @@ function projectionMatrix(aspect, aside) {
 function orbit(canvas, low, high, changed) {
   const extent = Math.hypot(...plus(high, low, -1));
   camera.target = plus(low, plus(high, low, -1), 0.5);
-  camera.distance = Math.max(1e-6, (0.8 * extent) / Math.tan(FIELD / 2));
+  camera.distance = Math.max(1e-6, 0.8 * extent * FOCUS);
   const [least, most] = [camera.distance / 40, camera.distance * 10];
   const zoom = factor => { camera.distance = Math.min(most, Math.max(least, camera.distance * factor)); };
   const turn = (dx, dy) => {
@@ -39,7 +40,7 @@ function orbit(canvas, low, high, changed) {
     camera.pitch = Math.min(1.57, Math.max(-0.3, camera.pitch + dy * 0.008));
   };
   const move = (dx, dy) => {
-    const { right, up } = axes(), scale = (2 * camera.distance * Math.tan(FIELD / 2)) / canvas.clientHeight;
+    const { right, up } = axes(), scale = (2 * camera.distance) / FOCUS / Math.min(canvas.clientWidth, canvas.clientHeight);
     camera.target = plus(plus(camera.target, right, -dx * scale), up, dy * scale);
   };
 

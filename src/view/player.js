@@ -81,8 +81,8 @@ function start() {
     waiting = false;
     const frame = Number(at("frame").value), radius = Number(at("radius").value) / 1e4;
     if (edgesOf !== `${frame} ${radius}`) [edges, edgesOf] = [edgesAt(frame, radius), `${frame} ${radius}`];
-    // At the middle of its slider the longest arrow of the usual frame is two spacings long.
-    const scale = ((2 * page.spacing) / (usual || 1)) * 10 ** (at("scale").value / 50);
+    // At the middle of its slider the longest arrow of the usual frame is four spacings long.
+    const scale = ((4 * page.spacing) / (usual || 1)) * 10 ** (at("scale").value / 50);
     at("time").textContent = `frame ${frame} of ${page.frames - 1}, ${(frame * page.interval).toFixed(2)} s`;
     at("radius-shown").textContent = `${(1e3 * radius).toFixed(1)} mm`;
     at("scale-shown").textContent = `${brief(1e3 * scale)} mm`;

@@ -41,7 +41,7 @@ function renderer(canvas) {
       gl.enable(gl.DEPTH_TEST);
       gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
       [view, projection] = [viewMatrix(), projectionMatrix(width / height, (covered * ratio) / width)];
-      pixels = height / Math.tan(FIELD / 2);
+      pixels = Math.min(width, height) * FOCUS;
       screen = [width / ratio, height / ratio];
     },
 

@@ -70,8 +70,9 @@ const floor = (() => {
 function drawScene(paint, frame, wishes) {
   paint.begin(wishes.covered);
   paint.lines(floor.ends, [0.72, 0.75, 0.78, 1]);
-  const now = particlesAt(frame), shown = wishes.edges.some(Boolean);
-  const radius = page.spacing * 0.5 * wishes.size * (shown ? 0.4 : 1);
+  const now = particlesAt(frame), compared = predicted && wishes.predicted && wishes.truth;
+  const crowded = wishes.forces || compared || wishes.edges.some(Boolean);
+  const radius = 0.5 * page.spacing * wishes.size * (crowded ? 0.35 : 1);
   if (wishes.truth) paint.balls(now, trueShades, radius);
   if (predicted && wishes.predicted) paint.balls(particlesAt(frame, predicted), predictedShades, 0.8 * radius);
   if (predicted && wishes.misses) {
@@ -84,7 +85,7 @@ function drawScene(paint, frame, wishes) {
   });
   if (wishes.samples) {
     const samples = new Float32Array(samplesAt(frame));
-    paint.balls(samples, samples.map((_, i) => EDGE_KINDS.tool.colour[i % 3]), 0.12 * page.spacing);
+    paint.balls(samples, samples.map((_, i) => EDGE_KINDS.tool.colour[i % 3]), 0.08 * page.spacing);
   }
   const push = wishes.forces && accelerations(frame);
   if (push) paint.arrows(now, push, wishes.scale, [...FORCE, 1]);
@@ -93,7 +94,7 @@ function drawScene(paint, frame, wishes) {
     if (wishes.axes || !part.triangles.length)
       AXES.forEach((colour, axis) => {
         const along = [...pose.subarray(4 * axis, 4 * axis + 3)];
-        paint.arrows(new Float32Array(origin), new Float32Array(along), 0.02, [...colour, 1]);
+        paint.arrows(new Float32Array(origin), new Float32Array(along), 2 * floor.step, [...colour, 1]);
       });
     if (wishes.opacity > 0 && part.triangles.length) paint.solid(solids[k].corners, solids[k].normals, pose, [...TOOL, wishes.opacity]);
   });
