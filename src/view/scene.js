@@ -49,7 +49,8 @@ const [LOW, HIGH] = (() => {
   const ends = [0, 1, 2].map(axis => {
     const along = positions.filter((_, i) => i % 3 === axis).sort();
     const [low, high] = [0.1, 0.9].map(share => along[Math.round(share * (along.length - 1))]);
-    return [low - 0.15 * (high - low), high + 0.15 * (high - low)];
+    const more = Math.max(0.15 * (high - low), page.spacing);
+    return [low - more, high + more];
   });
   return [[ends[0][0], ends[1][0], 0], ends.map(([, high]) => high)];
 })();
