@@ -39,6 +39,7 @@
 //! | [`chooser`] | which tool |
 //! | [`compare`] | the same planner, budget and random numbers for every model |
 //! | [`table`] | rows → terminal, Markdown, LaTeX, HTML |
+//! | [`view`] | an episode and its prediction as a page that plays |
 //! | [`sweep`] | many comparisons, resumable |
 //!
 //! # A taste
@@ -82,5 +83,6 @@ pub mod sweep;
 pub mod table;
 pub mod tool;
 pub mod train;
+pub mod view;
 pub mod watch;
 pub mod world;

@@ -1,12 +1,13 @@
-//! `pliant`: simulate, fit, compare, sweep.
+//! `pliant`: simulate, fit, compare, sweep, view.
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant::compare::{CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
+use pliant::view::{Playback, Prediction};
 use pliant::watch::Watch;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// Structured world models of deformable things: written, learned and hybrid models under one planner.
@@ -49,6 +50,23 @@ enum Verb {
     Sweep {
         #[command(flatten)]
         config: Config,
+    },
+    /// Write one HTML page that plays an episode in a browser.
+    View {
+        /// An episode's `.npz`; the `dataset.toml` beside it tells the tool's shape.
+        path: PathBuf,
+        /// The page; by default beside the episode.
+        #[arg(long)]
+        to: Option<PathBuf>,
+        /// A model of the comparison, to draw what it predicts from the first frame over what happened.
+        #[arg(long, value_name = "NAME", requires = "compare")]
+        model: Option<String>,
+        /// The comparison whose model it is; what an earlier run has fitted is reused.
+        #[arg(long, value_name = "CONFIG", requires = "model")]
+        compare: Option<PathBuf>,
+        /// Changes to the comparison: `key.path=value`, `+key=value`, `~key`.
+        #[arg(requires = "compare")]
+        overrides: Vec<String>,
     },
     /// Print the JSON schema of a config file.
     Schema {
@@ -159,6 +177,13 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             to_stdout(&format!("{outcome}\n"))?;
             outcome.complete(watch)?;
         }
+        Verb::View { path, to, model, compare, overrides } => {
+            let recording = Playback::open(&path)?;
+            let predict = |(name, config): (String, PathBuf)| predict(&recording, &name, &config, &overrides, watch);
+            let prediction = model.zip(compare).map(predict).transpose()?;
+            let page = recording.write_page(prediction.as_ref(), to.as_deref())?;
+            to_stdout(&format!("{}\n", page.display()))?;
+        }
         Verb::Schema { of } => {
             let schema = match of {
                 Root::Compare => config::schema::<CompareSpec>(),
@@ -202,6 +227,17 @@ fn layout(name: &str) -> Result<&'static dyn Layout, String> {
 fn named<T: Copy>(name: &str, table: &[T], of: impl Fn(&T) -> &str) -> Result<T, String> {
     let names = || table.iter().map(&of).collect::<Vec<_>>().join(", ");
     table.iter().find(|one| of(one) == name).copied().ok_or_else(|| format!("there is {}", names()))
+}
+
+fn predict(
+    recording: &Playback,
+    name: &str,
+    config: &Path,
+    overrides: &[String],
+    watch: &Watch,
+) -> anyhow::Result<Prediction> {
+    let loaded = config::load::<CompareSpec>(config, overrides)?;
+    Prediction::of(recording, name, &loaded.spec, watch)
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {

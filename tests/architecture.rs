@@ -21,6 +21,7 @@ const ORDER: &[&str] = &[
     "chooser",
     "compare",
     "table",
+    "view",
     "sweep",
 ];
 
@@ -42,6 +43,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("lsap", &["src/metric/"]),
     ("hdf5_pure", &["src/data/export/"]),
     ("kuva", &["src/table/"]),
+    ("base64", &["src/view/"]),
     ("clap", &["src/main.rs", "experiments/"]),
 ];
 

@@ -1,5 +1,6 @@
 //! A folder of episodes made from one spec.
 use super::contents::Contents;
+use super::vary::{self, Ranges};
 use super::{Episode, Metadata, SplitSpec};
 use crate::state::ToolShape;
 use crate::tool::ToolSpec;
@@ -39,6 +40,9 @@ pub struct DatasetSpec {
     /// Starts by name that take the place of the scene's, one an episode, each with every tool and material.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub start: IndexMap<String, StartSpec>,
+    /// Constants of the scene that every episode draws for itself, by their path in it; they come after materials and starts.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub vary: Ranges,
     /// Which episodes are held out; changing it keeps the episodes of a folder.
     #[serde(default, skip_serializing_if = "SplitSpec::is_default")]
     pub split: SplitSpec,
@@ -74,7 +78,10 @@ impl DatasetSpec {
     }
 
     /// The scene of episode `k`.
-    pub(super) fn scene_of(&self, k: usize) -> SceneSpec {
+    ///
+    /// # Errors
+    /// When a constant of `vary` is none of this scene.
+    pub(super) fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
         let mut scene = self.scene.clone();
         if let Some((_, material)) = self.material_of(k) {
             scene.material = material.clone();
@@ -82,7 +89,7 @@ impl DatasetSpec {
         if let Some((_, start)) = self.start_of(k) {
             scene.start = start.clone();
         }
-        scene
+        vary::with(scene, &vary::drawn(&self.vary, self.seed, k))
     }
 
     /// Refuses what no dataset can be made of.
@@ -93,6 +100,10 @@ impl DatasetSpec {
         ensure!(self.episodes > 0, "`episodes` is 0; a dataset needs at least one");
         ensure!(self.steps >= 3, "`steps` is {}; a tool needs three to come, work and leave", self.steps);
         ensure!(!self.tool.is_empty(), "`tool` is empty; name at least one tool");
+        let plain = Self { vary: Ranges::new(), ..self.clone() };
+        for k in 0..self.combinations().min(self.episodes) {
+            vary::check(&self.vary, &plain.scene_of(k)?)?;
+        }
         self.split.clone().build()?.check(self)
     }
 }

@@ -1,10 +1,12 @@
 //! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
 use super::dataset::{DatasetSpec, SPEC, episode_path};
 use super::split::{HELD_OUT, Part, SplitSpec};
+use super::vary::drawn;
 use super::{Episode, Statistics};
 use crate::config::write_whole;
 use anyhow::Context;
 use glam::DVec3;
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -71,6 +73,9 @@ pub struct Entry {
     /// Name of the start, where the dataset lists several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<String>,
+    /// What `vary` drew for it.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub constants: IndexMap<String, f64>,
     /// What a recording says it is for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part: Option<Part>,
@@ -85,6 +90,7 @@ impl Entry {
             theta: episode.theta.clone(),
             material: None,
             start: None,
+            constants: IndexMap::new(),
             part: None,
         }
     }
@@ -108,6 +114,7 @@ impl Metadata {
         let entry = |(k, e): (usize, &Episode)| Entry {
             material: name(spec.material_of(k).map(|(name, _)| name)),
             start: name(spec.start_of(k).map(|(name, _)| name)),
+            constants: drawn(&spec.vary, spec.seed, k),
             ..Entry::of(k, e)
         };
         let source = Source {

@@ -14,6 +14,7 @@ mod simulate;
 mod split;
 mod statistics;
 mod sums;
+mod vary;
 
 pub use check::{Check, check};
 pub use dataset::{Dataset, DatasetSpec};
@@ -26,6 +27,7 @@ pub use metadata::{Entry, Metadata};
 pub use simulate::{record, simulate};
 pub use split::{By, EpisodeSpec, GivenSpec, GroupSpec, HELD_OUT, HoldOut, Part, SizeSpec, SplitSpec};
 pub use statistics::Statistics;
+pub use vary::Ranges;
 
 /// A small episode of `steps` control steps that is not physical at all, for tests.
 #[cfg(test)]

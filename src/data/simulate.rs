@@ -58,7 +58,7 @@ pub fn simulate(spec: &DatasetSpec, folder: &Path, watch: &Watch) -> anyhow::Res
 /// When the tool or the world cannot be built, or the world produces a number that is not finite.
 pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     let mut rng = stream(spec.seed, &[u64::from_le_bytes(*b"episodes"), k as u64]);
-    let mut world = World::new(&spec.scene_of(k), rng.random())?;
+    let mut world = World::new(&spec.scene_of(k)?, rng.random())?;
     let names = || spec.tool.keys();
     for _ in 0..rng.random_range(0..=spec.before) {
         let name = names().nth(rng.random_range(0..spec.tool.len())).expect("a number below their count");
@@ -77,7 +77,7 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     );
     let rounded = |x: &Particles| x.positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
     let states = super::episode::states(rollout.iter().map(rounded).collect(), interval);
-    let body = vec![0; rollout[0].len()];
+    let body = world.pieces().into_iter().map(|piece| piece as u32).collect();
     Ok(Episode { tool: name, theta, interval, start: motion.start, controls: motion.controls, states, body })
 }
 

@@ -4,16 +4,28 @@ use crate::compare::Prediction;
 
 /// One line a model: one-step and whole-rollout error, and their ratio to nothing moving.
 pub fn forecast(predictions: &[Prediction]) -> Grid {
-    let header =
-        ["model", "one step [mm]", "÷ still", "rollout [mm]", "÷ still", "not finite"].map(String::from).to_vec();
+    let header = [
+        "model",
+        "one step [mm]",
+        "÷ still",
+        "squared ÷ still",
+        "rollout [mm]",
+        "÷ still",
+        "squared ÷ still",
+        "not finite",
+    ]
+    .map(String::from)
+    .to_vec();
     let line = |p: &Prediction| {
         let e = &p.held_out;
         vec![
             p.model.clone(),
             format!("{:.3}", 1e3 * e.one_step),
             format!("{:.2}", e.one_step / e.still_one_step),
+            format!("{:.2}", (e.one_step / e.still_one_step).powi(2)),
             format!("{:.2}", 1e3 * e.rollout),
             format!("{:.2}", e.rollout / e.still_rollout),
+            format!("{:.2}", (e.rollout / e.still_rollout).powi(2)),
             e.not_finite.to_string(),
         ]
     };
@@ -22,6 +34,9 @@ pub fn forecast(predictions: &[Prediction]) -> Grid {
         title: "Prediction".into(),
         header,
         rows: predictions.iter().map(line).collect(),
-        notes: vec![format!("root mean square over particles of {episodes} held-out episodes that no fit has seen")],
+        notes: vec![
+            format!("root mean square over particles of {episodes} held-out episodes that no fit has seen"),
+            "squared: the mean square error over that of nothing moving, as GNS and LagrangeBench report errors".into(),
+        ],
     }
 }

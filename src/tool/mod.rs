@@ -12,9 +12,11 @@ mod press;
 mod push;
 mod roll;
 mod scoop;
+mod shake;
 mod solid;
 mod stroke;
 mod turn;
+mod wait;
 
 pub use cut::{Cut, CutSpec};
 pub use grip::{Grip, GripSpec};
@@ -24,7 +26,9 @@ pub use press::{Press, PressSpec};
 pub use push::{Push, PushSpec};
 pub use roll::{Roll, RollSpec};
 pub use scoop::{Scoop, ScoopSpec};
+pub use shake::{Shake, ShakeSpec};
 pub use solid::{PieceSpec, SolidSpec};
+pub use wait::{Wait, WaitSpec};
 
 family! {
     /// A tool: geometry and the constants of one motion primitive.
@@ -36,6 +40,8 @@ family! {
         Push(PushSpec),
         Scoop(ScoopSpec),
         Hook(HookSpec),
+        Shake(ShakeSpec),
+        Wait(WaitSpec),
     }
 }
 

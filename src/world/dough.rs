@@ -3,7 +3,8 @@ use super::contact::contacts;
 use super::lattice::Lattice;
 use super::material::{Filling, Material, Matter, Substance};
 use super::scale::{inward, length, outward};
-use super::{DoughSpec, SceneSpec, volume};
+use super::volume::{self, Held};
+use super::{DoughSpec, SceneSpec};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
@@ -13,6 +14,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The soft body.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Dough(SoftBodyHandle);
+
+/// Greatest number of times that the cells get their volume back in a physics step: where the tool crushes, once is too little.
+const ROUNDS: usize = 4;
 
 /// Thickness of the contact skin around the surface \[m\]; resting particles stand this far above the table.
 fn skin(spacing: f64) -> f64 {
@@ -123,8 +127,12 @@ impl Substance for Dough {
     /// could be pushed through it: a particle below the table is put back onto it.
     fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
         let body = &mut physics.soft_bodies[self.0];
-        let touched = contacts(body, (&physics.bodies, &physics.colliders), hand);
-        volume::hold(body, &touched);
+        for _ in 0..ROUNDS {
+            let touched = contacts(body, (&physics.bodies, &physics.colliders), hand);
+            if volume::hold(body, &touched) == Held::Already {
+                break;
+            }
+        }
         for i in 0..body.num_particles() {
             let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
             if position.z < 0.0 {

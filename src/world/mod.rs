@@ -83,7 +83,8 @@ impl World {
 
     fn settled(spec: &SceneSpec, filling: &Filling<'_>, rng: &mut ChaCha8Rng) -> anyhow::Result<Self> {
         let materials = spec.check()?;
-        let settling = materials.iter().map(|material| material.settling()).fold(0.0, f64::max);
+        // What stands beside it may well be in the air: it falls before everyone's eyes.
+        let settling = materials[0].settling();
         let mut world = Self::placed(spec, &materials, filling, rng)?;
         for _ in 0..(settling / spec.interval).ceil() as usize {
             world.step(&Control::default());
@@ -119,7 +120,17 @@ impl World {
             all.len(),
             spec.particles
         );
-        let chosen: Vec<u32> = farthest_points_from(&all, 0, spec.particles).into_iter().map(|i| i as u32).collect();
+        let mut chosen: Vec<u32> =
+            farthest_points_from(&all, 0, spec.particles).into_iter().map(|i| i as u32).collect();
+        // Each piece's particles in one run.
+        let ends: Vec<u32> = engine
+            .pieces()
+            .scan(0, |end, points| {
+                *end += points.len() as u32;
+                Some(*end)
+            })
+            .collect();
+        chosen.sort_by_key(|i| ends.partition_point(|end| end <= i));
         let before = chosen.iter().map(|&i| all[i as usize]).collect();
         Ok(Self { engine, chosen, before, poses: Vec::new(), interval: spec.interval, steps: spec.solver.steps })
     }

@@ -25,11 +25,11 @@ const LONGEST: f64 = 3.0;
 const SHIFT: f64 = 1e-3;
 
 /// Moves the particles of `body` so that its cells have their volumes; `normals` are those of the surfaces that each touches.
-pub(super) fn hold(body: &mut SoftBody, normals: &[Vec<DVec3>]) {
+pub(super) fn hold(body: &mut SoftBody, normals: &[Vec<DVec3>]) -> Held {
     let positions: Vec<DVec3> = body.particle_positions().map(|p| p.as_dvec3()).collect();
     let cells: Vec<Cell> = body.cells().chunks(TETRAHEDRA_PER_CELL).map(|cell| Cell::of(cell, &positions)).collect();
     if cells.iter().all(|cell| cell.missing == 0.0) {
-        return;
+        return Held::Already;
     }
     let slide = |normals: &Vec<DVec3>| normals.iter().fold(DMat3::IDENTITY, |way, normal| project_out(way, *normal));
     let weights = body.particles().iter().map(|p| f64::from(p.inv_mass()));
@@ -43,6 +43,16 @@ pub(super) fn hold(body: &mut SoftBody, normals: &[Vec<DVec3>]) {
             body.set_particle_position(i, (*from + share * *step).as_vec3());
         }
     }
+    Held::Anew
+}
+
+/// Whether particles had to be moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Held {
+    /// Every cell had its volume.
+    Already,
+    /// Some had not.
+    Anew,
 }
 
 /// A lattice cell: what volume it lacks beyond the tolerance, and how its volume grows with each of its particles.

@@ -77,7 +77,8 @@ fn every_shipped_material_makes_a_scene_that_stays_on_the_table() {
     stems.sort();
     stems.par_iter().for_each(|stem| {
         let change = format!("scene.material={stem}");
-        let spec = config::load::<DatasetSpec>("configs/dataset/pile.toml".as_ref(), &[change]).unwrap().spec.scene;
+        let spec =
+            config::load::<DatasetSpec>("configs/dataset/pile_push.toml".as_ref(), &[change]).unwrap().spec.scene;
         let mut world = World::new(&spec, 5).unwrap();
         (0..5).for_each(|_| world.step(&Control::default()));
         for p in world.all_positions() {

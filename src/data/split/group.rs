@@ -109,6 +109,7 @@ mod tests {
     #[test]
     fn the_named_or_else_the_last_are_held_out() {
         let entry = |tool: &str, material: Option<&str>| Entry {
+            constants: indexmap::IndexMap::new(),
             file: String::new(),
             tool: tool.into(),
             theta: Vec::new(),

@@ -1,0 +1,34 @@
+//! Edge counts by [`crate::graph`], for the page to compare its own with.
+use super::Playback;
+use crate::graph::{CellList, EDGE_KINDS, Nodes};
+use crate::state::ToolShape;
+use serde::Serialize;
+
+/// What `crate::graph` draws over one frame.
+#[derive(Serialize)]
+pub(super) struct Count {
+    /// Which frame.
+    frame: usize,
+    /// Radius of the neighbourhood \[m\].
+    radius: f64,
+    /// Number of edges of each kind of [`EDGE_KINDS`].
+    edges: Vec<usize>,
+}
+
+/// Counts over the first, middle and last frame, within `radius` \[m\] and twice that.
+pub(super) fn counts(recording: &Playback, radius: f64) -> Vec<Count> {
+    let horizon = recording.episode.horizon();
+    let frames = [0, horizon / 2, horizon];
+    frames.into_iter().flat_map(|frame| [radius, 2.0 * radius].map(|r| count(recording, frame, r))).collect()
+}
+
+/// Counts over the particles of `frame` and the tool where it then is.
+fn count(recording: &Playback, frame: usize, radius: f64) -> Count {
+    let episode = &recording.episode;
+    let none = ToolShape { parts: Vec::new() };
+    let (tool, poses) = (recording.shape.as_deref().unwrap_or(&none), episode.poses(frame));
+    let nodes = Nodes::gather(&episode.states[frame], tool, poses, poses, episode.interval);
+    let cells = CellList::new(&nodes.positions[..nodes.floor()], radius);
+    let edges = EDGE_KINDS.iter().map(|kind| kind.connect(&nodes, &cells, radius).len()).collect();
+    Count { frame, radius, edges }
+}
