@@ -17,12 +17,23 @@ pub(crate) struct Experiment {
     pub(crate) claim: &'static str,
     /// Wall time on two cores, after the build.
     pub(crate) duration: &'static str,
-    /// The sweep's config.
-    pub(crate) sweep: &'static str,
-    /// Overrides that make the fits of its models tiny.
-    pub(crate) smoke: &'static [&'static str],
+    /// Where its rows come from.
+    pub(crate) rows: Rows,
     /// Turns rows into the table.
     pub(crate) table: fn(&[Value]) -> anyhow::Result<Grid>,
+}
+
+/// Where the rows of an experiment come from.
+pub(crate) enum Rows {
+    /// A sweep, which resumes where it was cut short.
+    Sweep {
+        /// Its config.
+        config: &'static str,
+        /// Overrides that make the fits of its models tiny.
+        smoke: &'static [&'static str],
+    },
+    /// A function that measures them anew, given the words of the command line and the folder that figures go below.
+    Measured(fn(Size, &[String], &Path, &Watch) -> anyhow::Result<Vec<Value>>),
 }
 
 /// How much of an experiment to run.
@@ -51,15 +62,20 @@ pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
 }
 
 impl Experiment {
-    /// Runs the sweep, resuming one that was cut short, and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
-    pub(crate) fn run(&self, size: Size, overrides: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
-        let mut spec = config::load::<SweepSpec>(Path::new(self.sweep), overrides)?.spec;
-        if size == Size::Smoke {
-            spec.set.extend(SMOKE.iter().chain(self.smoke).map(|change| (*change).to_owned()));
-        }
-        let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
-        outcome.complete(watch)?;
-        let rows = sweep::collect(&outcome.folder)?;
+    /// Makes the rows and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
+    pub(crate) fn run(&self, size: Size, words: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
+        let rows = match &self.rows {
+            Rows::Measured(measure) => measure(size, words, out, watch)?,
+            Rows::Sweep { config, smoke } => {
+                let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
+                if size == Size::Smoke {
+                    spec.set.extend(SMOKE.iter().chain(*smoke).map(|change| (*change).to_owned()));
+                }
+                let outcome = sweep::run::<CompareSpec>(&spec, watch)?;
+                outcome.complete(watch)?;
+                sweep::collect(&outcome.folder)?
+            }
+        };
         let grid = (self.table)(&rows)?;
         let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
         config::write_whole(&out.join("data").join(self.name).with_extension("jsonl"), lines.as_bytes())?;

@@ -1,7 +1,7 @@
 //! Claim: observing between actions helps every imperfect model.
 //!
 //! Command: `cargo run --release --bin experiments -- closed_loop`, about three minutes. Table: `paper/tables/closed_loop.tex`.
-use crate::claim::{Experiment, SMALL_FITS, trials};
+use crate::claim::{Experiment, Rows, SMALL_FITS, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -9,8 +9,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
     name: "closed_loop",
     claim: "with two actions, observing between them achieves more than planning both at once",
     duration: "about 3 minutes",
-    sweep: "configs/sweep/closed_loop.toml",
-    smoke: SMALL_FITS,
+    rows: Rows::Sweep { config: "configs/sweep/closed_loop.toml", smoke: SMALL_FITS },
     table,
 };
 

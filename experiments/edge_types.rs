@@ -2,7 +2,7 @@
 //! worse.
 //!
 //! Command: `cargo run --release --bin experiments -- edge_types`, about three minutes. Table: `paper/tables/edge_types.tex`.
-use crate::claim::{Experiment, trials};
+use crate::claim::{Experiment, Rows, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -10,8 +10,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
     name: "edge_types",
     claim: "each kind of edge lowers the prediction error: particle–particle, tool→particle, floor→particle",
     duration: "about 3 minutes",
-    sweep: "configs/sweep/edge_types.toml",
-    smoke: &["model.learned.train.network.steps=4"],
+    rows: Rows::Sweep { config: "configs/sweep/edge_types.toml", smoke: &["model.learned.train.network.steps=4"] },
     table,
 };
 

@@ -2,7 +2,7 @@
 //! network alone.
 //!
 //! Command: `cargo run --release --bin experiments -- hybrid`, about ten minutes. Table: `paper/tables/hybrid.tex`.
-use crate::claim::{Experiment, SMALL_FITS, trials};
+use crate::claim::{Experiment, Rows, SMALL_FITS, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -10,8 +10,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
     name: "hybrid",
     claim: "the hybrid predicts better than both its parents when data are few",
     duration: "about 10 minutes",
-    sweep: "configs/sweep/hybrid.toml",
-    smoke: SMALL_FITS,
+    rows: Rows::Sweep { config: "configs/sweep/hybrid.toml", smoke: SMALL_FITS },
     table,
 };
 

@@ -2,7 +2,7 @@
 //! beats the simulator itself by more than noise.
 //!
 //! Command: `cargo run --release --bin experiments -- quickstart`, about five minutes. Table: `paper/tables/quickstart.tex`.
-use crate::claim::{Experiment, SMALL_FITS};
+use crate::claim::{Experiment, Rows, SMALL_FITS};
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;
 
@@ -10,8 +10,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
     name: "quickstart",
     claim: "every model that plans beats `still`; none beats the simulator by more than noise",
     duration: "about 5 minutes",
-    sweep: "configs/sweep/quickstart.toml",
-    smoke: SMALL_FITS,
+    rows: Rows::Sweep { config: "configs/sweep/quickstart.toml", smoke: SMALL_FITS },
     table,
 };
 

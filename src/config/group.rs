@@ -64,7 +64,7 @@ pub(super) fn locate(
 }
 
 /// The stems of the TOML files in a folder, sorted.
-pub(super) fn stems(folder: &Path) -> Vec<String> {
+pub fn stems(folder: &Path) -> Vec<String> {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let tomls = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
     let mut stems: Vec<String> = tomls.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();

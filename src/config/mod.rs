@@ -46,6 +46,7 @@ pub(crate) use overrides::{assignment, meaning};
 pub use conclude::{conclude, to_stdout};
 pub use error::ConfigError;
 pub use fingerprint::{Fingerprint, fingerprint};
+pub use group::stems;
 pub use hold::hold;
 pub use resolved::Resolved;
 pub use whole_file::write_whole;

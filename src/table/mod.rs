@@ -9,6 +9,7 @@ mod paired;
 mod picture;
 mod plot;
 mod report;
+mod sheet;
 mod summary;
 mod verdict;
 
@@ -21,4 +22,5 @@ pub use output::write;
 pub use picture::{Picture, picture};
 pub use plot::{Curve, curves};
 pub use report::{Report, report};
+pub use sheet::{Frame, Strip, sheet};
 pub use summary::summary;

@@ -14,7 +14,7 @@ pub struct Picture {
 const SIZE: f64 = 220.0;
 
 /// Screen coordinates (right, up) and depth toward the viewer: turned 30° about z, looked at from 35° above the table.
-fn project(p: DVec3) -> (DVec2, f64) {
+pub(super) fn project(p: DVec3) -> (DVec2, f64) {
     let (turn, tilt) = (30_f64.to_radians(), 35_f64.to_radians());
     let right = p.x * turn.cos() - p.y * turn.sin();
     let away = p.x * turn.sin() + p.y * turn.cos();

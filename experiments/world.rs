@@ -1,0 +1,100 @@
+//! Claim: every scene and every tool does what its name says, with nothing lost, nothing through the table and no number that
+//! is none.
+//!
+//! Command: `cargo run --release --bin experiments -- world`, about two minutes. Table: `paper/tables/world.tex`; contact sheet:
+//! `paper/figures/world.png`, five frames of each recorded action.
+use crate::claim::{Experiment, Rows, Size};
+use pliant::config::{self, write_whole};
+use pliant::data::{DatasetSpec, Episode, record};
+use pliant::table::{Frame, Grid, Strip, sheet};
+use pliant::tool::ToolSpec;
+use pliant::watch::Watch;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Instant;
+
+pub(crate) const CLAIM: Experiment = Experiment {
+    name: "world",
+    claim: "every scene and tool moves its material, and nothing is lost, falls through the table or stops being a number",
+    duration: "about 2 minutes",
+    rows: Rows::Measured(measure),
+    table,
+};
+
+/// Number of pictures of an action.
+const FRAMES: usize = 5;
+
+fn measure(size: Size, _: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
+    let load = |name: &str, changes: &[String]| -> anyhow::Result<DatasetSpec> {
+        let path = format!("configs/dataset/{name}.toml");
+        Ok(config::load::<DatasetSpec>(path.as_ref(), changes)?.spec)
+    };
+    let scenes = ["dough", "rice_grip", "poke", "pile_push", "slide", "fluid_fall", "box_bath", "fluid_shake"];
+    let mut wanted = Vec::new();
+    for scene in scenes {
+        wanted.push(("scene", scene.to_owned(), load(scene, &[])?));
+    }
+    for tool in config::stems("configs/tool".as_ref()) {
+        let spec = load("dough", &[format!("tool=[{tool}]"), "before=0".into()])?;
+        wanted.push(("tool", tool, spec));
+    }
+    wanted.truncate(match size {
+        Size::Paper => wanted.len(),
+        Size::Smoke => 2,
+    });
+    let bar = watch.stage("record", wanted.len() as u64);
+    let (mut rows, mut strips) = (Vec::new(), Vec::new());
+    for (what, name, spec) in wanted {
+        watch.go_on(|| "stopped; the contact sheet is written once all is recorded".into())?;
+        let clock = Instant::now();
+        let episode = record(&spec, 0)?;
+        rows.push(row(what, &name, &episode, clock.elapsed().as_secs_f64()));
+        strips.push(strip(&format!("{what} {name}: {}", episode.tool), &spec.tool[&episode.tool], &episode)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    write_whole(&out.join("figures/world.png"), &sheet(&strips)?)?;
+    Ok(rows)
+}
+
+fn row(what: &str, name: &str, episode: &Episode, seconds: f64) -> Value {
+    let (first, last) = (&episode.states[0], episode.states.last().expect("a state after every control"));
+    let moves = first.positions.iter().zip(&last.positions).map(|(a, b)| a.distance(*b));
+    let lowest = episode.states.iter().flat_map(|x| &x.positions).map(|p| p.z).fold(f64::INFINITY, f64::min);
+    json!({ "what": what, "name": name, "tool": episode.tool, "particles": first.len(), "steps": episode.horizon(),
+        "farthest": moves.clone().fold(0.0, f64::max), "mean": moves.sum::<f64>() / first.len() as f64, "lowest": lowest,
+        "finite": episode.states.iter().all(|x| x.is_finite()), "seconds": seconds })
+}
+
+fn strip(title: &str, tool: &ToolSpec, episode: &Episode) -> anyhow::Result<Strip> {
+    let shape = tool.clone().build()?.shape().clone();
+    let frame = |k: usize| {
+        let t = k * episode.horizon() / (FRAMES - 1);
+        let parts = shape.parts.iter().zip(episode.poses(t));
+        let surface = parts.flat_map(|(part, pose)| part.surface.iter().map(|s| pose.apply(s.position)));
+        let positions = episode.states[t].positions.iter().copied();
+        Frame { particles: positions.zip(episode.body.iter().copied()).collect(), tool: surface.collect() }
+    };
+    Ok(Strip { title: title.to_owned(), frames: (0..FRAMES).map(frame).collect() })
+}
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    let text = |row: &Value, key: &str| row[key].as_str().unwrap_or("–").to_owned();
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    let line = |row: &Value| {
+        let mut cells = vec![text(row, "what"), text(row, "name"), text(row, "tool")];
+        cells.push(format!("{}", number(row, "particles")));
+        cells.extend(["mean", "farthest", "lowest"].map(|key| format!("{:.1}", 1e3 * number(row, key))));
+        cells.push(if row["finite"] == true { "yes".into() } else { "no".into() });
+        cells
+    };
+    let header = ["what", "name", "tool", "particles", "moved [mm]", "farthest [mm]", "lowest [mm]", "finite"];
+    Ok(Grid {
+        title: "The world: one random action of every scene and tool".into(),
+        header: header.map(String::from).to_vec(),
+        rows: rows.iter().map(line).collect(),
+        notes: vec![
+            "the first episode of each dataset, and of dough with each tool; figures/world.png shows them".into(),
+        ],
+    })
+}
