@@ -125,6 +125,7 @@ impl Canvas {
         let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::High);
         let mut writer = encoder.write_header().context("the contact sheet cannot be encoded")?;
         writer.write_image_data(&self.pixels).context("the contact sheet cannot be encoded")?;
         writer.finish().context("the contact sheet cannot be encoded")?;
