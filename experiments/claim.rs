@@ -32,9 +32,12 @@ pub(crate) enum Rows {
         /// Overrides that make the fits of its models tiny.
         smoke: &'static [&'static str],
     },
-    /// A function that measures them anew, given the words of the command line and the folder that figures go below.
-    Measured(fn(Size, &[String], &Path, &Watch) -> anyhow::Result<Vec<Value>>),
+    /// A function that measures them anew.
+    Measured(Measure),
 }
+
+/// Makes rows, and figures below a folder.
+pub(crate) type Measure = fn(Size, &Path, &Watch) -> anyhow::Result<Vec<Value>>;
 
 /// How much of an experiment to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +68,10 @@ impl Experiment {
     /// Makes the rows and writes `data/NAME.jsonl` and `tables/NAME.tex` below `out`.
     pub(crate) fn run(&self, size: Size, words: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Grid> {
         let rows = match &self.rows {
-            Rows::Measured(measure) => measure(size, words, out, watch)?,
+            Rows::Measured(measure) => {
+                anyhow::ensure!(words.is_empty(), "{} has nothing to change, but was given {words:?}", self.name);
+                measure(size, out, watch)?
+            }
             Rows::Sweep { config, smoke } => {
                 let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
                 if size == Size::Smoke {

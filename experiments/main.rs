@@ -11,14 +11,12 @@ mod claim;
 mod closed_loop;
 mod edge_types;
 mod hybrid;
-mod peer;
 mod quickstart;
-mod speed;
 mod world;
 
 /// Every claim. A new one is one file here and one line.
 const EXPERIMENTS: &[Experiment] =
-    &[quickstart::CLAIM, edge_types::CLAIM, hybrid::CLAIM, closed_loop::CLAIM, world::CLAIM, speed::CLAIM];
+    &[quickstart::CLAIM, edge_types::CLAIM, hybrid::CLAIM, closed_loop::CLAIM, world::CLAIM];
 
 /// The claims of the paper.
 #[derive(Parser)]

@@ -24,7 +24,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
 /// Number of pictures of an action.
 const FRAMES: usize = 5;
 
-fn measure(size: Size, _: &[String], out: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
+fn measure(size: Size, out: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let load = |name: &str, changes: &[String]| -> anyhow::Result<DatasetSpec> {
         let path = format!("configs/dataset/{name}.toml");
         Ok(config::load::<DatasetSpec>(path.as_ref(), changes)?.spec)
