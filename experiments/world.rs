@@ -70,10 +70,11 @@ fn strip(title: &str, tool: &ToolSpec, episode: &Episode) -> anyhow::Result<Stri
     let shape = tool.clone().build()?.shape().clone();
     let frame = |k: usize| {
         let t = k * episode.horizon() / (FRAMES - 1);
-        let parts = shape.parts.iter().zip(episode.poses(t));
-        let surface = parts.flat_map(|(part, pose)| part.surface.iter().map(|s| pose.apply(s.position)));
         let positions = episode.states[t].positions.iter().copied();
-        Frame { particles: positions.zip(episode.body.iter().copied()).collect(), tool: surface.collect() }
+        Frame {
+            particles: positions.zip(episode.body.iter().copied()).collect(),
+            tool: shape.surface_at(episode.poses(t)).collect(),
+        }
     };
     Ok(Strip { title: title.to_owned(), frames: (0..FRAMES).map(frame).collect() })
 }

@@ -49,7 +49,7 @@ pub use fingerprint::{Fingerprint, fingerprint};
 pub use group::stems;
 pub use hold::hold;
 pub use resolved::Resolved;
-pub use whole_file::write_whole;
+pub use whole_file::{same_place, write_whole};
 
 /// A type that a config can be loaded into.
 pub trait Spec: Serialize + DeserializeOwned + JsonSchema {}

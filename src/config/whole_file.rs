@@ -4,6 +4,11 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
+/// Whether two paths lead to the same existing file or folder.
+pub fn same_place(a: &Path, b: &Path) -> bool {
+    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
+}
+
 /// Writes a file so that readers, and runs after a crash, see all of it or what was there before.
 ///
 /// The bytes go to a temporary file in the same folder, are synced, and take the name by renaming. Folders on the way are

@@ -1,5 +1,5 @@
 //! What a finished folder says of itself, and the way to each of its episodes.
-use super::dataset::{DatasetSpec, SPEC, read_spec, tools};
+use super::dataset::{DatasetSpec, SPEC, read_episode, read_spec, tools};
 use super::{Episode, Metadata};
 use crate::state::ToolShape;
 use anyhow::{Context, ensure};
@@ -51,14 +51,10 @@ impl Contents {
     pub(super) fn episode(&self, folder: &Path, k: usize) -> anyhow::Result<Episode> {
         let entry = &self.metadata.episodes[k];
         let path = folder.join(&entry.file);
-        let episode = Episode::read(&path, &entry.tool)?;
-        let (horizon, wanted) = (episode.horizon(), self.spec.as_ref().map_or(episode.horizon(), |s| s.steps));
-        ensure!(
-            horizon == wanted,
-            "{} has {horizon} steps, not {wanted}; remove it and simulate again",
-            path.display()
-        );
-        Ok(episode)
+        match &self.spec {
+            Some(spec) => read_episode(&path, &entry.tool, spec.steps),
+            None => Episode::read(&path, &entry.tool),
+        }
     }
 
     /// All episodes of `folder`, in order and in parallel, each or the sentence of why not.

@@ -77,11 +77,8 @@ impl DatasetSpec {
         self.tool.len() * self.material.len().max(1) * self.start.len().max(1)
     }
 
-    /// The scene of episode `k`.
-    ///
-    /// # Errors
-    /// When a constant of `vary` is none of this scene.
-    pub(super) fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
+    /// The scene of episode `k` with its material and start, before [`vary`] changes it.
+    fn listed(&self, k: usize) -> SceneSpec {
         let mut scene = self.scene.clone();
         if let Some((_, material)) = self.material_of(k) {
             scene.material = material.clone();
@@ -89,7 +86,15 @@ impl DatasetSpec {
         if let Some((_, start)) = self.start_of(k) {
             scene.start = start.clone();
         }
-        vary::with(scene, &vary::drawn(&self.vary, self.seed, k))
+        scene
+    }
+
+    /// The scene of episode `k`.
+    ///
+    /// # Errors
+    /// When a constant of `vary` is none of this scene.
+    pub(super) fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
+        vary::with(self.listed(k), &vary::drawn(&self.vary, self.seed, k))
     }
 
     /// Refuses what no dataset can be made of.
@@ -100,9 +105,8 @@ impl DatasetSpec {
         ensure!(self.episodes > 0, "`episodes` is 0; a dataset needs at least one");
         ensure!(self.steps >= 3, "`steps` is {}; a tool needs three to come, work and leave", self.steps);
         ensure!(!self.tool.is_empty(), "`tool` is empty; name at least one tool");
-        let plain = Self { vary: Ranges::new(), ..self.clone() };
         for k in 0..self.combinations().min(self.episodes) {
-            vary::check(&self.vary, &plain.scene_of(k)?)?;
+            vary::check(&self.vary, &self.listed(k))?;
         }
         self.split.clone().build()?.check(self)
     }
@@ -159,19 +163,19 @@ pub(super) fn read_spec(folder: &Path) -> anyhow::Result<Option<DatasetSpec>> {
 
 /// All episodes of a finished folder, in order.
 pub(super) fn read_episodes(folder: &Path, spec: &DatasetSpec) -> anyhow::Result<Vec<Episode>> {
-    let read = |k| {
-        let (path, tool) = (episode_path(folder, k), spec.tool_of(k));
-        let episode = Episode::read(&path, tool)?;
-        let horizon = episode.horizon();
-        let wanted = spec.steps;
-        ensure!(
-            horizon == wanted,
-            "{} has {horizon} steps, not {wanted}; remove it and simulate again",
-            path.display()
-        );
-        Ok(episode)
-    };
+    let read = |k| read_episode(&episode_path(folder, k), spec.tool_of(k), spec.steps);
     (0..spec.episodes).into_par_iter().map(read).collect()
+}
+
+/// The episode at `path`, made with `tool` in `steps` steps.
+///
+/// # Errors
+/// As [`Episode::read`]; also when it has another number of steps.
+pub(super) fn read_episode(path: &Path, tool: &str, steps: usize) -> anyhow::Result<Episode> {
+    let episode = Episode::read(path, tool)?;
+    let horizon = episode.horizon();
+    ensure!(horizon == steps, "{} has {horizon} steps, not {steps}; remove it and simulate again", path.display());
+    Ok(episode)
 }
 
 /// The shapes of a spec's tools.

@@ -4,8 +4,8 @@ use super::split::{HELD_OUT, Part, SplitSpec};
 use super::vary::drawn;
 use super::{Episode, Statistics};
 use crate::config::write_whole;
+use crate::shape::spacing;
 use anyhow::Context;
-use glam::DVec3;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -155,7 +155,7 @@ impl Metadata {
     fn measured(source: Source, entries: Vec<Entry>, episodes: &[Episode]) -> anyhow::Result<Self> {
         let split = source.split.clone().build()?;
         let held = split.held_out(episodes, &entries, HELD_OUT).into_iter().filter(|h| *h).count();
-        let (dx, dt) = (spacing(&episodes[0].states[0].positions), episodes[0].interval);
+        let (dx, dt) = (spacing(&episodes[0].states[0].positions).unwrap_or_default(), episodes[0].interval);
         let steps = episodes.iter().map(Episode::horizon).min().unwrap_or_default();
         Ok(Self {
             case: source.case,
@@ -225,16 +225,4 @@ impl Metadata {
         serde_json::from_str(&text)
             .with_context(|| format!("{} is damaged; remove it and simulate again", path.display()))
     }
-}
-
-/// Median distance to the nearest neighbour \[m\].
-fn spacing(points: &[DVec3]) -> f64 {
-    let nearest = |(i, p): (usize, &DVec3)| {
-        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-        others.map(|(_, q)| p.distance(*q)).fold(f64::INFINITY, f64::min)
-    };
-    let mut distances: Vec<f64> = points.iter().enumerate().map(nearest).collect();
-    distances.sort_by(f64::total_cmp);
-    // A lone particle has no neighbour, and JSON no infinity.
-    distances.get(distances.len() / 2).copied().filter(|d| d.is_finite()).unwrap_or_default()
 }

@@ -48,13 +48,21 @@ pub struct Glyph {
     ink: Vec<bool>,
 }
 
+/// The Hack font (regular), which ships with a crate.
+///
+/// # Errors
+/// When that font cannot be read.
+pub(crate) fn hack() -> anyhow::Result<fontdue::Font> {
+    let font = fontdue::Font::from_bytes(epaint_default_fonts::HACK_REGULAR, fontdue::FontSettings::default());
+    font.map_err(anyhow::Error::msg).context("the font that ships with epaint cannot be read")
+}
+
 /// The glyph of `character` in the Hack font (regular), `height` \[m\] tall from its lowest to its highest ink.
 ///
 /// # Errors
 /// When the font lacks the character, or the character has no ink.
 pub fn letter(character: char, height: f64) -> anyhow::Result<Glyph> {
-    let font = fontdue::Font::from_bytes(epaint_default_fonts::HACK_REGULAR, fontdue::FontSettings::default());
-    let font = font.map_err(anyhow::Error::msg).context("the font that ships with epaint cannot be read")?;
+    let font = hack()?;
     ensure!(font.has_glyph(character), "the Hack font has no {character:?}; choose another character");
     let (metrics, coverage) = font.rasterize(character, PIXELS);
     let covered = |i: usize| coverage[i] >= 128;

@@ -15,16 +15,19 @@ mod ply;
 mod poisson;
 mod primitive;
 mod read;
+mod spacing;
 mod stl;
 
 pub use cloud::CloudSpec;
 pub use extruded::{Extruded, Outline};
 pub use farthest::{farthest_points, farthest_points_from};
 pub use fill::{FillSpec, Filled};
+pub(crate) use letter::hack;
 pub use letter::{Glyph, LetterSpec, letter};
 pub use poisson::poisson_disk;
 pub use primitive::{CuboidSpec, DiscSpec, Ellipse, Ellipsoid, EllipsoidSpec, Rectangle, Ring, RingSpec};
 pub use read::{parse_points, read_mesh, read_points};
+pub use spacing::spacing;
 
 /// A set of points in space with a volume, standing on the table z = 0.
 pub trait Shape: Send + Sync {

@@ -1,13 +1,21 @@
 //! Rigid solids: signed distance with exact first and second derivatives, and surface samples.
-use super::{Placed, TriangleMesh, assembly};
+use super::{Placed, Pose, TriangleMesh, assembly};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 /// The geometry of a tool: rigid parts, each in its own frame.
 #[derive(Clone, Debug)]
 pub struct ToolShape {
-    /// At least one part.
+    /// Its parts; none where nothing is done.
     pub parts: Vec<Part>,
+}
+
+impl ToolShape {
+    /// The surface samples of all parts where `poses` has them \[m\].
+    pub fn surface_at<'a>(&'a self, poses: &'a [Pose]) -> impl Iterator<Item = DVec3> + 'a {
+        let parts = self.parts.iter().zip(poses);
+        parts.flat_map(|(part, pose)| part.surface.iter().map(|point| pose.apply(point.position)))
+    }
 }
 
 /// One rigid part: the solid that collides, and points on its surface that a graph can join.

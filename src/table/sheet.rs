@@ -1,5 +1,6 @@
 //! A contact sheet: rollouts as rows of small pictures in one PNG.
 use super::picture::project;
+use crate::shape::hack;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
 
@@ -32,8 +33,7 @@ const TOOL: [f64; 3] = [96.0, 100.0, 108.0];
 /// # Errors
 /// When the font or the picture cannot be made.
 pub fn sheet(strips: &[Strip]) -> anyhow::Result<Vec<u8>> {
-    let font = fontdue::Font::from_bytes(epaint_default_fonts::HACK_REGULAR, fontdue::FontSettings::default());
-    let font = font.map_err(anyhow::Error::msg).context("the font that ships with epaint cannot be read")?;
+    let font = hack()?;
     let columns = strips.iter().map(|strip| strip.frames.len()).max().unwrap_or_default().max(1);
     let mut canvas = Canvas::white(columns * SIDE, strips.len().max(1) * (SIDE + TITLE));
     for (row, strip) in strips.iter().enumerate() {

@@ -11,7 +11,7 @@ mod prediction;
 pub use playback::Playback;
 pub use prediction::Prediction;
 
-use crate::config::write_whole;
+use crate::config::{same_place, write_whole};
 use anyhow::ensure;
 use std::path::{Path, PathBuf};
 
@@ -23,8 +23,7 @@ impl Playback {
     /// When `to` is the episode itself, or cannot be written.
     pub fn write_page(&self, prediction: Option<&Prediction>, to: Option<&Path>) -> anyhow::Result<PathBuf> {
         let to = to.map_or_else(|| self.path.with_extension("html"), Path::to_owned);
-        let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-        ensure!(!same(&self.path, &to), "{} is the episode itself; name another file with --to", to.display());
+        ensure!(!same_place(&self.path, &to), "{} is the episode itself; name another file with --to", to.display());
         write_whole(&to, page::html(self, prediction).as_bytes())?;
         Ok(to)
     }

@@ -3,6 +3,7 @@ use super::edges::{Count, counts};
 use super::facets::facets;
 use super::{Playback, Prediction};
 use crate::graph::EDGE_KINDS;
+use crate::shape::spacing;
 use crate::state::{Part, Particles, Pose};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
@@ -114,7 +115,9 @@ impl<'a> Data<'a> {
             Some(shape) => shape.parts.iter().map(Shape::of).collect(),
             None => episode.start.iter().map(|_| Shape::default()).collect(),
         };
-        let (start, spacing) = (&episode.states[0].positions, spacing(&episode.states[0].positions));
+        let start = &episode.states[0].positions;
+        // A lone particle has room around it, and so have those that coincide.
+        let spacing = spacing(start).filter(|distance| *distance > 0.0).unwrap_or(0.01);
         let radius = (1.5e4 * spacing).round().clamp(10.0, 1e4) as u32;
         Self {
             title: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
@@ -174,16 +177,4 @@ fn singles(points: &[DVec3]) -> String {
 
 fn doubles(numbers: impl Iterator<Item = f64>) -> String {
     STANDARD_NO_PAD.encode(numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>())
-}
-
-/// Median distance to the nearest neighbour \[m\]; 1 cm for a lone particle or when half of them coincide.
-fn spacing(points: &[DVec3]) -> f64 {
-    let nearest = |(i, p): (usize, &DVec3)| {
-        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-        others.map(|(_, q)| p.distance_squared(*q)).fold(f64::INFINITY, f64::min)
-    };
-    let mut squares: Vec<f64> = points.iter().enumerate().map(nearest).collect();
-    squares.sort_by(f64::total_cmp);
-    let median = squares.get(squares.len() / 2).copied().unwrap_or_default().sqrt();
-    if median > 0.0 && median.is_finite() { median } else { 0.01 }
 }

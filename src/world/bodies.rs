@@ -1,5 +1,5 @@
 //! Rigid bodies of the engine, each with the particles that ride on it.
-use super::material::Substance;
+use super::material::{self, Substance};
 use super::scale::{LENGTH, inward, outward};
 use glam::DVec3;
 use rapier3d::math::{Pose, Real, Vector};
@@ -30,12 +30,11 @@ impl Bodies {
 
 /// Checks the constants that every kind of rigid body has.
 pub(super) fn check(density: f64, friction: f64, restitution: f64) -> anyhow::Result<()> {
-    for (key, value, low, high) in
-        [("density", density, 1.0, 2e4), ("friction", friction, 0.0, 10.0), ("restitution", restitution, 0.0, 1.0)]
-    {
-        anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-    }
-    Ok(())
+    material::check(&[
+        ("density", density, 1.0, 2e4),
+        ("friction", friction, 0.0, 10.0),
+        ("restitution", restitution, 0.0, 1.0),
+    ])
 }
 
 impl Substance for Bodies {

@@ -1,7 +1,7 @@
 //! Dough as a soft body of the engine.
 use super::contact::contacts;
 use super::lattice::Lattice;
-use super::material::{Filling, Material, Matter, Substance};
+use super::material::{Filling, Material, Matter, Substance, check};
 use super::scale::{inward, length, outward};
 use super::volume::{self, Held};
 use super::{DoughSpec, SceneSpec};
@@ -39,9 +39,7 @@ impl DoughSpec {
             ("largest_set", self.largest_set, 0.0, 0.95),
             ("friction", self.friction, 0.0, 10.0),
         ];
-        for (key, value, low, high) in ranges {
-            anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-        }
+        check(&ranges)?;
         Ok(self)
     }
 }
@@ -127,9 +125,9 @@ impl Substance for Dough {
     /// could be pushed through it: a particle below the table is put back onto it.
     fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
         let body = &mut physics.soft_bodies[self.0];
+        let touched = |body: &SoftBody| contacts(body, (&physics.bodies, &physics.colliders), hand);
         for _ in 0..ROUNDS {
-            let touched = contacts(body, (&physics.bodies, &physics.colliders), hand);
-            if volume::hold(body, &touched) == Held::Already {
+            if volume::hold(body, touched) == Held::Already {
                 break;
             }
         }

@@ -1,5 +1,5 @@
 //! A start of two drops, one above the other.
-use super::start::{Region, Start, between};
+use super::start::{Region, Start, between, check_turn};
 use anyhow::ensure;
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
@@ -33,8 +33,7 @@ impl DropsSpec {
                 "start.{key} = [{low}, {high}] must be [low, high] with {least} ≤ low ≤ high ≤ 1 m"
             );
         }
-        let [low, high] = self.turn;
-        ensure!(low <= high && (high - low).is_finite(), "start.turn = [{low}, {high}] must be [low, high]");
+        check_turn(self.turn)?;
         Ok(self)
     }
 }

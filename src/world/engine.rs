@@ -99,6 +99,11 @@ impl Engine {
         self.matter.iter().map(|matter| matter.substance().positions(&self.physics))
     }
 
+    /// Of every particle, the number of its piece.
+    pub(super) fn owners(&self) -> Vec<usize> {
+        self.pieces().enumerate().flat_map(|(k, points)| std::iter::repeat_n(k, points.len())).collect()
+    }
+
     pub(super) fn surface(&self) -> Vec<DVec3> {
         self.matter.iter().flat_map(|matter| matter.substance().surface(&self.physics)).collect()
     }

@@ -1,8 +1,7 @@
 //! Fluid: particles that keep their density.
 use super::SceneSpec;
-use super::kernel::SUPPORT;
 use super::liquid::Liquid;
-use super::material::{Filling, Material, Matter};
+use super::material::{Filling, Material, Matter, check};
 use anyhow::ensure;
 use glam::{DQuat, DVec3};
 use rand_chacha::ChaCha8Rng;
@@ -31,9 +30,7 @@ impl FluidSpec {
     /// # Errors
     /// A sentence naming the key whose value is impossible.
     pub fn build(self) -> anyhow::Result<impl Material> {
-        for (key, value, low, high) in [("density", self.density, 1.0, 2e4), ("viscosity", self.viscosity, 0.0, 1.0)] {
-            ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
-        }
+        check(&[("density", self.density, 1.0, 2e4), ("viscosity", self.viscosity, 0.0, 1.0)])?;
         Ok(self)
     }
 }
@@ -74,9 +71,8 @@ impl Material for FluidSpec {
         0.0
     }
 
-    fn tune(&self, _: &SceneSpec, _: &mut IntegrationParameters) {
-        const { assert!(SUPPORT >= 2.0, "a lattice with fewer neighbours has no pressure") };
-    }
+    /// The scene's sweeps are the fluid's own.
+    fn tune(&self, _: &SceneSpec, _: &mut IntegrationParameters) {}
 
     fn settling(&self) -> f64 {
         0.0

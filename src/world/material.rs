@@ -68,6 +68,17 @@ family! {
     MaterialSpec builds Box<dyn Material> { Dough(DoughSpec), Grains(GrainsSpec), Rigid(RigidSpec), Fluid(FluidSpec) }
 }
 
+/// Checks constants of a material, each (key, value, lowest, highest).
+///
+/// # Errors
+/// A sentence naming the key whose value is impossible.
+pub(super) fn check(constants: &[(&str, f64, f64, f64)]) -> anyhow::Result<()> {
+    for (key, value, low, high) in constants {
+        anyhow::ensure!((low..=high).contains(&value), "material.{key} is {value}; it must lie in [{low}, {high}]");
+    }
+    Ok(())
+}
+
 /// A material in the engine: what a snapshot keeps of it.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Matter {

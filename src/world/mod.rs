@@ -123,14 +123,8 @@ impl World {
         let mut chosen: Vec<u32> =
             farthest_points_from(&all, 0, spec.particles).into_iter().map(|i| i as u32).collect();
         // Each piece's particles in one run.
-        let ends: Vec<u32> = engine
-            .pieces()
-            .scan(0, |end, points| {
-                *end += points.len() as u32;
-                Some(*end)
-            })
-            .collect();
-        chosen.sort_by_key(|i| ends.partition_point(|end| end <= i));
+        let owners = engine.owners();
+        chosen.sort_by_key(|i| owners[*i as usize]);
         let before = chosen.iter().map(|&i| all[i as usize]).collect();
         Ok(Self { engine, chosen, before, poses: Vec::new(), interval: spec.interval, steps: spec.solver.steps })
     }
@@ -150,9 +144,8 @@ impl World {
 
     /// For every particle that models see, the number of its piece: 0 for the scene's own material, then those beside it.
     pub fn pieces(&self) -> Vec<usize> {
-        let counts = self.engine.pieces().enumerate();
-        let of: Vec<usize> = counts.flat_map(|(k, points)| std::iter::repeat_n(k, points.len())).collect();
-        self.chosen.iter().map(|&i| of[i as usize]).collect()
+        let owners = self.engine.owners();
+        self.chosen.iter().map(|&i| owners[i as usize]).collect()
     }
 
     /// Particles of the simulator on the material's surface \[m\].

@@ -106,7 +106,14 @@ fn check(sizes: [(&str, [f64; 2]); 3], turn: [f64; 2]) -> anyhow::Result<()> {
             "start.{key} = [{low}, {high}] must be [low, high] with 0 < low ≤ high ≤ 1 m"
         );
     }
-    let [low, high] = turn;
+    check_turn(turn)
+}
+
+/// Checks a range of turns.
+///
+/// # Errors
+/// When it is none.
+pub(super) fn check_turn([low, high]: [f64; 2]) -> anyhow::Result<()> {
     ensure!(low <= high && (high - low).is_finite(), "start.turn = [{low}, {high}] must be [low, high]");
     Ok(())
 }

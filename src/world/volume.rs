@@ -24,13 +24,15 @@ const LONGEST: f64 = 3.0;
 /// What is added to the diagonal, as a share of its mean: cells between two tools may have no other.
 const SHIFT: f64 = 1e-3;
 
-/// Moves the particles of `body` so that its cells have their volumes; `normals` are those of the surfaces that each touches.
-pub(super) fn hold(body: &mut SoftBody, normals: &[Vec<DVec3>]) -> Held {
+/// Moves the particles of `body` so that its cells have their volumes; `touched` finds the normals of the surfaces that each
+/// particle touches.
+pub(super) fn hold(body: &mut SoftBody, touched: impl Fn(&SoftBody) -> Vec<Vec<DVec3>>) -> Held {
     let positions: Vec<DVec3> = body.particle_positions().map(|p| p.as_dvec3()).collect();
     let cells: Vec<Cell> = body.cells().chunks(TETRAHEDRA_PER_CELL).map(|cell| Cell::of(cell, &positions)).collect();
     if cells.iter().all(|cell| cell.missing == 0.0) {
         return Held::Already;
     }
+    let normals = touched(body);
     let slide = |normals: &Vec<DVec3>| normals.iter().fold(DMat3::IDENTITY, |way, normal| project_out(way, *normal));
     let weights = body.particles().iter().map(|p| f64::from(p.inv_mass()));
     let mobility: Vec<DMat3> = normals.iter().zip(weights).map(|(normals, weight)| weight * slide(normals)).collect();
@@ -169,8 +171,8 @@ mod tests {
         let body = &mut physics.soft_bodies[handle];
         let before = places(body);
         for _ in 0..3 {
-            let none = vec![Vec::new(); before.len()];
-            hold(body, &none);
+            let none = |body: &SoftBody| vec![Vec::new(); body.num_particles()];
+            hold(body, none);
         }
         let after = places(body);
         for cell in body.cells().chunks(TETRAHEDRA_PER_CELL) {
@@ -196,9 +198,10 @@ mod tests {
         let body = &mut physics.soft_bodies[handle];
         let before = places(body);
         let on_floor = |p: &DVec3| p.z == 0.0;
-        let touched: Vec<Vec<DVec3>> =
-            before.iter().map(|p| on_floor(p).then_some(DVec3::Z).into_iter().collect()).collect();
-        hold(body, &touched);
+        let touched = |body: &SoftBody| {
+            places(body).iter().map(|p| on_floor(p).then_some(DVec3::Z).into_iter().collect()).collect()
+        };
+        hold(body, touched);
         let moves = before.iter().zip(places(body)).filter(|(p, _)| on_floor(p)).map(|(p, q)| q - *p);
         let moves: Vec<DVec3> = moves.collect();
         assert!(moves.iter().all(|d| d.z.abs() < 1e-6), "moved off the floor: {moves:?}");
@@ -211,8 +214,8 @@ mod tests {
         let (mut physics, handle) = block(|p| p * 1.002);
         let body = &mut physics.soft_bodies[handle];
         let before = places(body);
-        let none = vec![Vec::new(); before.len()];
-        hold(body, &none);
+        let none = |body: &SoftBody| vec![Vec::new(); body.num_particles()];
+        hold(body, none);
         assert_eq!(before, places(body));
     }
 

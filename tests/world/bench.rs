@@ -1,10 +1,10 @@
 //! A block of dough, tools, and how they move.
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use indexmap::IndexMap;
 use pliant::state::{Control, Part, Pose, Solid, ToolShape};
 use pliant::tool::{Motion, Tool, ToolSpec, Workpiece};
-use pliant::world::{BlockSpec, DoughSpec, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
-use rand::Rng;
+use pliant::world::{BlockSpec, DoughSpec, Filling, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -88,6 +88,17 @@ pub(crate) fn roll(z: f64) -> Motion {
     let p =
         |x: f64, z: f64| Pose { translation: DVec3::new(x, 0.0, z + 0.02), rotation: DQuat::from_rotation_y(x / 0.02) };
     path(&[(0, vec![p(-0.03, 0.045)]), (4, vec![p(-0.03, z)]), (12, vec![p(0.03, z)]), (15, vec![p(0.03, 0.045)])])
+}
+
+/// Standard gravity \[m/s²\].
+pub(crate) const GRAVITY: f64 = 9.81;
+
+/// What the scene is made of, filling a box of `size` whose middle is at `at`, `raised` above the table and not yet settled.
+pub(crate) fn standing(spec: &SceneSpec, size: DVec3, at: DVec2, raised: f64) -> World {
+    let half = size / 2.0;
+    let bounds = (-half.with_z(0.0), half.with_z(size.z));
+    let filling = Filling { bounds, contains: &|_| true, turn: 0.0, at, raised };
+    World::standing(spec, &filling, &mut ChaCha8Rng::seed_from_u64(1)).unwrap()
 }
 
 pub(crate) fn extent(points: &[DVec3]) -> DVec3 {

@@ -3,13 +3,11 @@ use crate::bench::*;
 use glam::{DVec2, DVec3};
 use pliant::state::{Control, Snapshot};
 use pliant::world::{
-    BlockSpec, Filling, GrainSpec, GrainsSpec, MaterialSpec, RigidSpec, SceneSpec, SolverSpec, StartSpec, World,
+    BlockSpec, GrainSpec, GrainsSpec, MaterialSpec, RigidSpec, SceneSpec, SolverSpec, StartSpec, World,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-
-const GRAVITY: f64 = 9.81;
 
 fn finely(material: MaterialSpec, particles: usize) -> SceneSpec {
     let solver = SolverSpec { steps: 20, substeps: 4, sweeps: 2 };
@@ -26,9 +24,7 @@ fn grains(grain: GrainSpec, count: usize, friction: f64) -> SceneSpec {
 
 /// What the scene is made of, filling a box in the middle of the table, `raised` above it and not yet settled.
 fn dropped(spec: &SceneSpec, half: DVec3, raised: f64) -> World {
-    let bounds = (-half.with_z(0.0), half.with_z(2.0 * half.z));
-    let filling = Filling { bounds, contains: &|_| true, turn: 0.0, at: DVec2::ZERO, raised };
-    World::standing(spec, &filling, &mut ChaCha8Rng::seed_from_u64(1)).unwrap()
+    standing(spec, 2.0 * half, DVec2::ZERO, raised)
 }
 
 fn lowest(points: &[DVec3]) -> f64 {

@@ -3,14 +3,11 @@ use crate::bench::*;
 use glam::{DVec2, DVec3};
 use pliant::state::{Control, Pose, Solid};
 use pliant::world::{
-    BlockSpec, DropsSpec, Filling, FluidSpec, MaterialSpec, PieceSpec, RigidSpec, SceneSpec, SolverSpec, StartSpec,
-    WallsSpec, World,
+    BlockSpec, DropsSpec, FluidSpec, MaterialSpec, PieceSpec, RigidSpec, SceneSpec, SolverSpec, StartSpec, WallsSpec,
+    World,
 };
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-const GRAVITY: f64 = 9.81;
 const SPACING: f64 = 0.01;
 
 fn water() -> MaterialSpec {
@@ -39,14 +36,6 @@ fn piece(density: f64, side: f64, raised: f64) -> PieceSpec {
     PieceSpec { material, start: cube(side), at: [[0.0; 2]; 2], raised: [raised; 2] }
 }
 
-/// `size` of fluid standing on the table with its middle at `at`.
-fn poured(spec: &SceneSpec, size: DVec3, at: DVec2, raised: f64) -> World {
-    let half = size / 2.0;
-    let bounds = (-half.with_z(0.0), half.with_z(size.z));
-    let filling = Filling { bounds, contains: &|_| true, turn: 0.0, at, raised };
-    World::standing(spec, &filling, &mut ChaCha8Rng::seed_from_u64(1)).unwrap()
-}
-
 fn wait(world: &mut World, seconds: f64) {
     (0..(seconds / world.interval()).round() as usize).for_each(|_| world.step(&Control::default()));
 }
@@ -64,7 +53,7 @@ fn level(points: &[DVec3], at: impl Fn(DVec3) -> bool) -> f64 {
 
 #[test]
 fn in_the_air_a_fluid_falls_as_everything_falls() {
-    let mut world = poured(&bath(DVec2::splat(0.3)), DVec3::splat(0.04), DVec2::ZERO, 0.5);
+    let mut world = standing(&bath(DVec2::splat(0.3)), DVec3::splat(0.04), DVec2::ZERO, 0.5);
     let start = world.all_positions();
     for i in 1..=5 {
         wait(&mut world, 0.05);
@@ -80,7 +69,7 @@ fn in_the_air_a_fluid_falls_as_everything_falls() {
 #[test]
 fn a_column_breaks_to_the_level_that_its_volume_fills_and_its_energy_never_grows() {
     let (room, size) = (DVec2::new(0.12, 0.06), DVec3::new(0.06, 0.06, 0.1));
-    let mut world = poured(&bath(room), size, DVec2::new(-0.03, 0.0), 0.0);
+    let mut world = standing(&bath(room), size, DVec2::new(-0.03, 0.0), 0.0);
     let mut before = world.all_positions();
     let began = before.iter().map(|p| GRAVITY * p.z).sum::<f64>();
     for _ in 0..60 {
@@ -104,7 +93,7 @@ fn a_column_breaks_to_the_level_that_its_volume_fills_and_its_energy_never_grows
 #[test]
 fn connected_basins_find_the_same_level() {
     let spec = bath(DVec2::new(0.14, 0.05));
-    let mut world = poured(&spec, DVec3::new(0.06, 0.05, 0.12), DVec2::new(-0.04, 0.0), 0.0);
+    let mut world = standing(&spec, DVec3::new(0.06, 0.05, 0.12), DVec2::new(-0.04, 0.0), 0.0);
     // A wall 2 cm thick between them, open for 2.5 cm above the table.
     let wall = tool(&[Solid::Cuboid { half: DVec3::new(0.01, 0.05, 0.1) }]);
     let hold = vec![at(0.0, 0.0, 0.125)];
@@ -128,7 +117,7 @@ fn a_board_floats_as_deep_as_its_density_says_and_a_heavy_one_sinks() {
         .map(|density| {
             let mut spec = bath(DVec2::splat(0.12));
             spec.beside.insert("board".into(), PieceSpec { start: start.clone(), ..piece(density, 0.0, 0.06) });
-            let mut world = poured(&spec, DVec3::new(0.12, 0.12, 0.05), DVec2::ZERO, 0.0);
+            let mut world = standing(&spec, DVec3::new(0.12, 0.12, 0.05), DVec2::ZERO, 0.0);
             let corners = 7 * 7 * 4;
             wait(&mut world, 2.5);
             let all = world.all_positions();
@@ -153,7 +142,7 @@ fn a_box_thrown_into_a_falling_block_gives_it_what_it_loses() {
     let mut thrown = piece(600.0, 0.03, 1.0);
     thrown.at = [[0.08; 2], [0.002; 2]];
     spec.beside.insert("cube".into(), thrown);
-    let mut world = poured(&spec, DVec3::new(0.06, 0.06, 0.06), DVec2::ZERO, 0.99);
+    let mut world = standing(&spec, DVec3::new(0.06, 0.06, 0.06), DVec2::ZERO, 0.99);
     let count = world.all_positions().len() - 64;
     world.kick_piece(1, DVec3::new(-0.6, 0.0, 0.0));
     let (drop, body) = (1000.0 * SPACING.powi(3), 600.0 * 0.03f64.powi(3));
@@ -183,7 +172,7 @@ fn a_box_thrown_into_a_falling_block_gives_it_what_it_loses() {
 fn a_shaken_box_keeps_every_particle() {
     let mut spec = bath(DVec2::splat(1.0));
     spec.walls = None;
-    let mut world = poured(&spec, DVec3::new(0.06, 0.06, 0.06), DVec2::ZERO, 0.0);
+    let mut world = standing(&spec, DVec3::new(0.06, 0.06, 0.06), DVec2::ZERO, 0.0);
     let side = Solid::Cuboid { half: DVec3::new(0.02, 0.09, 0.1) };
     let front = Solid::Cuboid { half: DVec3::new(0.06, 0.02, 0.1) };
     let container = tool(&[side.clone(), side, front.clone(), front]);
@@ -229,7 +218,7 @@ fn two_drops_fall_and_merge() {
 fn a_fluid_with_a_box_continues_from_a_snapshot_byte_for_byte() {
     let mut spec = bath(DVec2::splat(0.1));
     spec.beside.insert("cube".into(), piece(500.0, 0.03, 0.05));
-    let mut going_on = poured(&spec, DVec3::new(0.06, 0.1, 0.05), DVec2::new(-0.02, 0.0), 0.0);
+    let mut going_on = standing(&spec, DVec3::new(0.06, 0.1, 0.05), DVec2::new(-0.02, 0.0), 0.0);
     let (mut restored, mut cloned) = (going_on.clone(), going_on.clone());
     for _ in 0..10 {
         restored = World::restore(&restored.snapshot()).unwrap();

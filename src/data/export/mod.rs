@@ -7,7 +7,7 @@ mod pickle;
 use super::contents::Contents;
 use super::split::HELD_OUT;
 use super::{Episode, Metadata};
-use crate::config::write_whole;
+use crate::config::{same_place, write_whole};
 use crate::state::ToolShape;
 use anyhow::{Context, ensure};
 use gns::GnsNpz;
@@ -69,8 +69,7 @@ pub fn export(folder: &Path, layout: &dyn Layout, out: &Path) -> anyhow::Result<
     let contents = Contents::read(folder)?;
     let episodes = contents.attempt(folder).into_iter().collect::<anyhow::Result<Vec<Episode>>>()?;
     let tools = contents.tools(folder)?;
-    let same = |a: &Path, b: &Path| a.canonicalize().ok().is_some_and(|a| b.canonicalize().ok() == Some(a));
-    ensure!(!same(folder, out), "{} is the dataset itself; export to another folder", out.display());
+    ensure!(!same_place(folder, out), "{} is the dataset itself; export to another folder", out.display());
     let mut parts = [("train", Vec::new()), ("valid", Vec::new()), ("test", Vec::new())];
     let (mut judged, mut most) = (0, 0);
     for (episode, held) in episodes.iter().zip(contents.metadata.held_out(&episodes, HELD_OUT)) {
@@ -100,11 +99,7 @@ impl Trajectory {
             layout.name()
         );
         types.resize(types.len() + tool.parts.iter().map(|part| part.surface.len()).sum::<usize>(), layout.driven());
-        let frame = |t: usize| {
-            let parts = tool.parts.iter().zip(episode.poses(t));
-            let driven = parts.flat_map(|(part, pose)| part.surface.iter().map(|p| pose.apply(p.position)));
-            episode.states[t].positions.iter().copied().chain(driven)
-        };
+        let frame = |t: usize| episode.states[t].positions.iter().copied().chain(tool.surface_at(episode.poses(t)));
         let frames = episode.horizon() + 1;
         let positions = (0..frames).flat_map(frame).flat_map(|p| p.as_vec3().to_array()).collect();
         Ok(Self { positions, frames, types })
