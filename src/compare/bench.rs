@@ -128,20 +128,20 @@ impl<'a> Bench<'a> {
                 let start = self.start(seed)?;
                 let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
                 let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
-                for (planner_name, planner) in &planners {
-                    for contender in contenders {
-                        watch.go_on(|| "stopped; the same command goes on where it stopped".to_owned())?;
-                        bar.set_message(format!("{goal_name} {planner_name} {}", contender.name));
-                        let entry = Entry {
-                            contender,
-                            planner: (planner_name, planner.as_ref()),
-                            goal: (goal_name, &goal),
-                            seed,
-                            start: &start,
-                        };
-                        attempts.push(self.recall(&entry, folder)?);
-                        bar.inc(1);
-                    }
+                let pairs = planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
+                let entries = pairs.map(|((planner_name, planner), contender)| Entry {
+                    contender,
+                    planner: (planner_name, planner.as_ref()),
+                    goal: (goal_name, &goal),
+                    seed,
+                    start: &start,
+                });
+                // As many at a time as can execute side by side: no more are lost when the run is cut short.
+                for some in entries.collect::<Vec<_>>().chunks(rayon::current_num_threads()) {
+                    watch.go_on(|| "stopped; the same command goes on where it stopped".to_owned())?;
+                    bar.set_message(format!("{goal_name} {} {}", some[0].planner.0, some[0].contender.name));
+                    attempts.extend(self.recall(some, folder)?);
+                    bar.inc(some.len() as u64);
                 }
             }
         }
@@ -149,23 +149,32 @@ impl<'a> Bench<'a> {
         Ok(attempts)
     }
 
-    /// The attempt as an earlier run of the same config left it, or made now.
-    fn recall(&self, entry: &Entry<'_>, folder: &Path) -> anyhow::Result<Attempt> {
-        let folder = folder.join(entry.goal.0).join(entry.seed.to_string()).join(entry.planner.0);
-        let path = folder.join(format!("{}.json", entry.contender.name));
-        if path.exists() {
-            let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            let read: Attempt = serde_json::from_str(&text)
-                .with_context(|| format!("{} is damaged; delete it to attempt again", path.display()))?;
-            if read.row.fingerprint == self.fingerprint {
-                return Ok(read);
-            }
+    /// The attempts as an earlier run of the same config left them, or all made now.
+    fn recall(&self, entries: &[Entry<'_>], folder: &Path) -> anyhow::Result<Vec<Attempt>> {
+        let path = |entry: &Entry<'_>| {
+            let folder = folder.join(entry.goal.0).join(entry.seed.to_string()).join(entry.planner.0);
+            folder.join(format!("{}.json", entry.contender.name))
+        };
+        let known = entries.iter().map(|entry| self.read(&path(entry))).collect::<anyhow::Result<Option<Vec<_>>>>()?;
+        if let Some(known) = known {
+            return Ok(known);
         }
-        let attempt = attempt(self, entry).with_context(|| {
-            format!("planning with {} and {} to {}", entry.contender.name, entry.planner.0, entry.goal.0)
-        })?;
-        write_whole(&path, serde_json::to_string(&attempt).expect("plain data").as_bytes())?;
-        Ok(attempt)
+        let attempts = attempt(self, entries)?;
+        for (entry, attempt) in entries.iter().zip(&attempts) {
+            write_whole(&path(entry), serde_json::to_string(attempt).expect("plain data").as_bytes())?;
+        }
+        Ok(attempts)
+    }
+
+    /// The attempt that an earlier run of the same config wrote, if there is one.
+    fn read(&self, path: &Path) -> anyhow::Result<Option<Attempt>> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let read: Attempt = serde_json::from_str(&text)
+            .with_context(|| format!("{} is damaged; delete it to attempt again", path.display()))?;
+        Ok(Some(read).filter(|read| read.row.fingerprint == self.fingerprint))
     }
 
     fn start(&self, seed: u64) -> anyhow::Result<World> {
