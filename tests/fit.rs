@@ -66,7 +66,7 @@ fn world() -> Split {
     let half = DVec3::new(0.02, 0.02, 0.01);
     let corner = |i: usize| DVec3::new(0.01 * (i % 3) as f64 - 0.01, 0.01 * (i / 3) as f64 - 0.01, -half.z);
     let surface = (0..9).map(|i| SurfacePoint { position: corner(i), normal: DVec3::NEG_Z }).collect();
-    let shape = ToolShape { parts: vec![Part { solid: Solid::Cuboid { half }, surface }] };
+    let shape = ToolShape::from(vec![Part { solid: Solid::Cuboid { half }, surface }]);
     let tools = Tools::from([("plate".to_owned(), Arc::new(shape))]);
     let truth = model(&written(40.0, 2e3)).build().unwrap();
     let all: Vec<Episode> = (0..8).map(|k| press(&*truth, k, &tools)).collect();

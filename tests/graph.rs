@@ -26,7 +26,7 @@ fn tool(rng: &mut ChaCha8Rng, parts: usize, samples: usize) -> (ToolShape, Vec<P
         (0..samples).map(|_| point(rng)).collect()
     };
     let solid = || Solid::Cuboid { half: DVec3::splat(0.03) };
-    let shape = ToolShape { parts: (0..parts).map(|_| Part { solid: solid(), surface: surface(rng) }).collect() };
+    let shape = ToolShape::from((0..parts).map(|_| Part { solid: solid(), surface: surface(rng) }).collect::<Vec<_>>());
     let pose =
         |_| Pose { translation: cloud(rng, 1, 0.03)[0], rotation: DQuat::from_scaled_axis(cloud(rng, 1, 2.0)[0]) };
     (shape, (0..parts).map(pose).collect())
@@ -79,7 +79,7 @@ fn random_clouds_agree_with_all_pairs() {
 fn degenerate_clouds_agree_with_all_pairs() {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let (shape, poses) = tool(&mut rng, 2, 10);
-    let bare = ToolShape { parts: Vec::new() };
+    let bare = ToolShape::from(Vec::new());
     let coincident = vec![DVec3::new(0.3, -0.2, 0.004); 20];
     assert_eq!(assert_matches(&coincident, &bare, &[], 0.01), 20 * 19 + 20);
     assert_eq!(assert_matches(&[], &bare, &[], 0.01), 0);

@@ -38,7 +38,7 @@ impl Moment {
                 .map(|_| SurfacePoint { position: vector(&mut rng, 0.015), normal: vector(&mut rng, 1.0).normalize() })
                 .collect(),
         };
-        let tool = ToolShape { parts: vec![part(), part()] };
+        let tool = ToolShape::from(vec![part(), part()]);
         let pose = |s: f64| Pose {
             translation: DVec3::new(0.01 * s, 0.003, 0.02),
             rotation: DQuat::from_scaled_axis(DVec3::new(0.4 * s, -0.3, 0.7)),

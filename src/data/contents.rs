@@ -67,7 +67,7 @@ impl Contents {
         match &self.spec {
             Some(spec) => tools(spec).with_context(|| format!("in {}", folder.join(SPEC).display())),
             None => {
-                let none = Arc::new(ToolShape { parts: Vec::new() });
+                let none = Arc::new(ToolShape::from(Vec::new()));
                 Ok(self.metadata.episodes.iter().map(|e| (e.tool.clone(), none.clone())).collect())
             }
         }

@@ -3,6 +3,7 @@
 //! SI units; z points up; the table is the plane z = 0.
 mod action;
 mod assembly;
+mod blade;
 mod closure;
 mod mesh;
 mod particles;
@@ -15,6 +16,7 @@ mod triangle;
 
 pub use action::ActionSpace;
 pub use assembly::Placed;
+pub use blade::Blade;
 pub use closure::Closure;
 pub use mesh::TriangleMesh;
 pub use particles::{Particles, ParticlesGrad, Rollout};

@@ -8,6 +8,15 @@ use std::sync::Arc;
 pub struct ToolShape {
     /// Its parts; none where nothing is done.
     pub parts: Vec<Part>,
+    /// Whether its [blades](Solid::blades) part soft material.
+    pub cuts: bool,
+}
+
+/// A blunt tool.
+impl From<Vec<Part>> for ToolShape {
+    fn from(parts: Vec<Part>) -> Self {
+        Self { parts, cuts: false }
+    }
 }
 
 impl ToolShape {

@@ -1,6 +1,7 @@
 //! A blade that comes down through the material to the table and lifts again.
 use super::{HeadSpec, Motion, Press, PressSpec, Tool, Workpiece};
 use crate::state::{ActionSpace, ToolShape};
+use anyhow::ensure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -37,6 +38,7 @@ pub struct CutSpec {
 #[derive(Clone, Debug)]
 pub struct Cut {
     press: Press,
+    shape: Arc<ToolShape>,
     lowest: f64,
 }
 
@@ -47,16 +49,22 @@ impl CutSpec {
     /// The cutter.
     ///
     /// # Errors
-    /// When a size is impossible.
+    /// When a size is impossible, or the head is no blade.
     pub fn build(self) -> anyhow::Result<Cut> {
         let Self { head, reach, lowest, rotation, clearance, down, lift } = self;
-        Ok(Cut { press: PressSpec { head, reach, lowest, rotation, clearance, down, lift }.build()?, lowest })
+        let press = PressSpec { head, reach, lowest, rotation, clearance, down, lift }.build()?;
+        let parts = press.shape().parts.clone();
+        ensure!(
+            parts.iter().all(|part| part.solid.blades().is_some()),
+            "`head.solid` cannot cut: it must be a thin box, a tube, an assembly of thin boxes, or a mesh as thin as a knife"
+        );
+        Ok(Cut { press, shape: Arc::new(ToolShape { parts, cuts: true }), lowest })
     }
 }
 
 impl Tool for Cut {
     fn shape(&self) -> &Arc<ToolShape> {
-        self.press.shape()
+        &self.shape
     }
 
     fn space(&self, piece: &Workpiece) -> ActionSpace {

@@ -67,7 +67,7 @@ impl GripSpec {
         let finger = self.finger.clone().build()?;
         let other = self.other.clone().map_or_else(|| Ok(finger.clone()), HeadSpec::build)?;
         let half = [finger.solid.half_extents(), other.solid.half_extents()];
-        Ok(Grip { shape: Arc::new(ToolShape { parts: vec![finger, other] }), half, spec: self })
+        Ok(Grip { shape: Arc::new(ToolShape::from(vec![finger, other])), half, spec: self })
     }
 }
 

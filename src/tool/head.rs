@@ -45,7 +45,7 @@ impl HeadSpec {
     /// The tool that this head alone makes.
     pub(super) fn alone(self) -> anyhow::Result<Head> {
         let part = self.build()?;
-        Ok(Head { half: part.solid.half_extents(), shape: Arc::new(ToolShape { parts: vec![part] }) })
+        Ok(Head { half: part.solid.half_extents(), shape: Arc::new(ToolShape::from(vec![part])) })
     }
 }
 

@@ -64,7 +64,7 @@ impl RollSpec {
         let head = self.head.clone().build()?;
         let half = head.solid.half_extents();
         ensure!((half.x - half.z).abs() <= 0.02 * half.x, "the roller `head` must be round about its y axis");
-        Ok(Roll { shape: Arc::new(ToolShape { parts: vec![head] }), radius: half.x.max(half.z), spec: self })
+        Ok(Roll { shape: Arc::new(ToolShape::from(vec![head])), radius: half.x.max(half.z), spec: self })
     }
 }
 

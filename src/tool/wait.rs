@@ -20,7 +20,7 @@ impl WaitSpec {
     /// # Errors
     /// None.
     pub fn build(self) -> anyhow::Result<Wait> {
-        Ok(Wait(Arc::new(ToolShape { parts: Vec::new() })))
+        Ok(Wait(Arc::new(ToolShape::from(Vec::new()))))
     }
 }
 

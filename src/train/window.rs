@@ -199,7 +199,7 @@ mod tests {
     }
 
     fn tools() -> Tools {
-        Tools::from([("press".to_owned(), Arc::new(ToolShape { parts: Vec::new() }))])
+        Tools::from([("press".to_owned(), Arc::new(ToolShape::from(Vec::new())))])
     }
 
     #[test]

@@ -25,7 +25,7 @@ pub(super) fn counts(recording: &Playback, radius: f64) -> Vec<Count> {
 /// Counts over the particles of `frame` and the tool where it then is.
 fn count(recording: &Playback, frame: usize, radius: f64) -> Count {
     let episode = &recording.episode;
-    let none = ToolShape { parts: Vec::new() };
+    let none = ToolShape::from(Vec::new());
     let (tool, poses) = (recording.shape.as_deref().unwrap_or(&none), episode.poses(frame));
     let nodes = Nodes::gather(&episode.states[frame], tool, poses, poses, episode.interval);
     let cells = CellList::new(&nodes.positions[..nodes.floor()], radius);

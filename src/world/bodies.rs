@@ -46,6 +46,10 @@ impl Substance for Bodies {
         self.each.iter().flat_map(place).collect()
     }
 
+    fn bodies(&self) -> Vec<usize> {
+        self.each.iter().enumerate().flat_map(|(k, (_, points))| std::iter::repeat_n(k, points.len())).collect()
+    }
+
     fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
         self.positions(physics)
     }

@@ -1,19 +1,35 @@
 //! Dough as a soft body of the engine.
 use super::contact::contacts;
-use super::lattice::Lattice;
+use super::cut;
+use super::lattice::{Lattice, TETRAHEDRA_PER_CELL};
 use super::material::{Filling, Material, Matter, Substance, check};
 use super::scale::{inward, length, outward};
 use super::volume::{self, Held};
 use super::{DoughSpec, SceneSpec};
+use crate::state::{Blade, Pose};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The soft body.
+/// Soft bodies: one, until a blade parts it.
 #[derive(Clone, Serialize, Deserialize)]
-pub struct Dough(SoftBodyHandle);
+pub struct Dough {
+    pub(super) lumps: Vec<Lump>,
+    /// Where each particle of the whole is now: the number of its lump, and its own in it.
+    pub(super) places: Vec<(u32, u32)>,
+}
+
+/// A connected piece of the dough.
+#[derive(Clone, Serialize, Deserialize)]
+pub(super) struct Lump {
+    pub(super) body: SoftBodyHandle,
+    /// The lattice cell that each of its tetrahedra belongs to.
+    pub(super) cells: Vec<u32>,
+    /// Where its particles were when the blade in hand was taken \[m\]; empty when none is.
+    pub(super) uncut: Vec<DVec3>,
+}
 
 /// Greatest number of times that the cells get their volume back in a physics step: where the tool crushes, once is too little.
 const ROUNDS: usize = 4;
@@ -53,7 +69,10 @@ impl Material for DoughSpec {
         _: &mut ChaCha8Rng,
     ) -> anyhow::Result<Matter> {
         let lattice = filling.lattice(scene.spacing, skin(scene.spacing))?;
-        Ok(Matter::Dough(Dough(physics.insert_soft_body(self.body(scene, &lattice)))))
+        let body = physics.insert_soft_body(self.body(scene, &lattice));
+        let cells = (0..lattice.tetrahedra.len()).map(|t| (t / TETRAHEDRA_PER_CELL) as u32).collect();
+        let places = (0..lattice.corners.len() as u32).map(|corner| (0, corner)).collect();
+        Ok(Matter::Dough(Dough { lumps: vec![Lump { body, cells, uncut: Vec::new() }], places }))
     }
 
     fn friction(&self) -> f64 {
@@ -96,53 +115,85 @@ impl DoughSpec {
     }
 }
 
+impl Dough {
+    fn each<'a>(&'a self, physics: &'a PhysicsWorld) -> impl Iterator<Item = &'a SoftBody> {
+        self.lumps.iter().map(|lump| &physics.soft_bodies[lump.body])
+    }
+}
+
 impl Substance for Dough {
     fn positions(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
-        physics.soft_bodies[self.0].particle_positions().map(outward).collect()
+        let lumps: Vec<&SoftBody> = self.each(physics).collect();
+        self.places.iter().map(|&(lump, i)| outward(lumps[lump as usize].particle_position(i as usize))).collect()
+    }
+
+    fn bodies(&self) -> Vec<usize> {
+        self.places.iter().map(|&(lump, _)| lump as usize).collect()
     }
 
     fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
-        let body = &physics.soft_bodies[self.0];
-        let corners: BTreeSet<u32> = body.boundary().iter().flatten().copied().collect();
-        corners.into_iter().map(|i| outward(body.particle_position(i as usize))).collect()
+        let corners = |body: &SoftBody| {
+            let corners: BTreeSet<u32> = body.boundary().iter().flatten().copied().collect();
+            corners.into_iter().map(|i| outward(body.particle_position(i as usize))).collect::<Vec<_>>()
+        };
+        self.each(physics).flat_map(corners).collect()
     }
 
     fn volume(&self, physics: &PhysicsWorld) -> f64 {
-        let body = &physics.soft_bodies[self.0];
-        let corner = |i: u32| outward(body.particle_position(i as usize));
-        let under = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
-        body.boundary().iter().map(under).sum()
+        let volume = |body: &SoftBody| -> f64 {
+            let corner = |i: u32| outward(body.particle_position(i as usize));
+            let under = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
+            body.boundary().iter().map(under).sum()
+        };
+        self.each(physics).map(volume).sum()
     }
 
     fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld) {
-        let body = &mut physics.soft_bodies[self.0];
-        for i in 0..body.num_particles() {
-            body.set_particle_velocity(i, body.particle_velocity(i) + inward(velocity));
+        for lump in &self.lumps {
+            let body = &mut physics.soft_bodies[lump.body];
+            for i in 0..body.num_particles() {
+                body.set_particle_velocity(i, body.particle_velocity(i) + inward(velocity));
+            }
         }
+    }
+
+    fn face(&mut self, physics: &PhysicsWorld, cuts: bool) {
+        for lump in &mut self.lumps {
+            let body = &physics.soft_bodies[lump.body];
+            lump.uncut = if cuts { body.particle_positions().map(outward).collect() } else { Vec::new() };
+        }
+    }
+
+    fn cut(&mut self, physics: &mut PhysicsWorld, blade: &Blade, pose: &Pose) {
+        cut::part(self, physics, blade, pose);
     }
 
     /// Gives the cells their volume back; and contacts give way a little, so that dough pinched between a tool and the table
     /// could be pushed through it: a particle below the table is put back onto it.
     fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
-        let body = &mut physics.soft_bodies[self.0];
-        let touched = |body: &SoftBody| contacts(body, (&physics.bodies, &physics.colliders), hand);
-        for _ in 0..ROUNDS {
-            if volume::hold(body, touched) == Held::Already {
-                break;
+        for lump in &self.lumps {
+            let body = &mut physics.soft_bodies[lump.body];
+            let touched = |body: &SoftBody| contacts(body, (&physics.bodies, &physics.colliders), hand);
+            for _ in 0..ROUNDS {
+                if volume::hold(body, &lump.cells, touched) == Held::Already {
+                    break;
+                }
             }
-        }
-        for i in 0..body.num_particles() {
-            let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
-            if position.z < 0.0 {
-                body.set_particle_position(i, position.with_z(0.0));
-                body.set_particle_velocity(i, velocity.with_z(velocity.z.max(0.0)));
+            for i in 0..body.num_particles() {
+                let (position, velocity) = (body.particle_position(i), body.particle_velocity(i));
+                if position.z < 0.0 {
+                    body.set_particle_position(i, position.with_z(0.0));
+                    body.set_particle_velocity(i, velocity.with_z(velocity.z.max(0.0)));
+                }
             }
         }
     }
 
     fn refresh(&mut self, physics: &mut PhysicsWorld) {
-        let body = &mut physics.soft_bodies[self.0];
-        body.set_particle_position(0, body.particle_position(0));
+        for lump in &self.lumps {
+            let body = &mut physics.soft_bodies[lump.body];
+            body.set_particle_position(0, body.particle_position(0));
+        }
     }
 }
 

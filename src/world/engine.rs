@@ -1,7 +1,8 @@
 //! The physics engine: its whole state, and one step of it.
+use super::SceneSpec;
+use super::hand::Hand;
 use super::material::{Filling, Material, Matter};
 use super::scale::{GRAVITY, length};
-use super::{SceneSpec, hand};
 use crate::state::{Pose, ToolShape};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct Engine {
     physics: PhysicsWorld,
     matter: Vec<Matter>,
-    hand: Vec<RigidBodyHandle>,
+    hand: Hand,
     friction: Real,
 }
 
@@ -39,7 +40,7 @@ impl Engine {
             plane(axis, axis * length(range[0]));
             plane(-axis, axis * length(range[1]));
         }
-        Self { physics, matter: Vec::new(), hand: Vec::new(), friction }
+        Self { physics, matter: Vec::new(), hand: Hand::default(), friction }
     }
 
     /// Puts a material where `filling` says.
@@ -59,16 +60,25 @@ impl Engine {
 
     /// Replaces the tool in hand.
     pub(super) fn hold(&mut self, tool: &ToolShape, poses: &[Pose]) {
-        hand::release(&mut self.physics, &self.hand);
-        self.hand = hand::hold(&mut self.physics, tool, poses, self.friction);
+        self.hand.release(&mut self.physics);
+        self.hand = Hand::hold(&mut self.physics, tool, poses, self.friction);
+        for matter in &mut self.matter {
+            matter.substance_mut().face(&self.physics, tool.cuts);
+        }
     }
 
     /// One physics step, at the end of which the tool's parts stand at `poses`.
-    pub(super) fn step(&mut self, poses: impl Iterator<Item = Pose>) {
-        hand::carry(&mut self.physics, &self.hand, poses);
+    pub(super) fn step(&mut self, poses: &[Pose]) {
+        self.hand.carry(&mut self.physics, poses);
+        for (part, blade) in &self.hand.blades {
+            let Some(pose) = poses.get(*part as usize) else { continue };
+            for matter in &mut self.matter {
+                matter.substance_mut().cut(&mut self.physics, blade, pose);
+            }
+        }
         self.physics.step();
         for matter in &mut self.matter {
-            matter.substance_mut().mend(&mut self.physics, &self.hand);
+            matter.substance_mut().mend(&mut self.physics, &self.hand.parts);
         }
     }
 
@@ -97,6 +107,11 @@ impl Engine {
     /// Of every piece, its particles \[m\].
     pub(super) fn pieces(&self) -> impl Iterator<Item = Vec<DVec3>> {
         self.matter.iter().map(|matter| matter.substance().positions(&self.physics))
+    }
+
+    /// Of every piece and every particle in it, the number of its body within the piece.
+    pub(super) fn bodies(&self) -> impl Iterator<Item = Vec<usize>> {
+        self.matter.iter().map(|matter| matter.substance().bodies())
     }
 
     /// Of every particle, the number of its piece.

@@ -1,22 +1,26 @@
 //! The tool in hand: kinematic rigid bodies in the shape of its parts.
 use super::scale::{inward, length, pose};
-use crate::state::{Pose, Solid, ToolShape, TriangleMesh};
+use crate::state::{Blade, Pose, Solid, ToolShape, TriangleMesh};
 use rapier3d::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// How much of its convex hull a mesh must fill to collide as that hull.
 const CONVEX: f64 = 0.95;
 
-/// Puts the parts of `tool` into the world at `poses`.
-pub(super) fn hold(
-    physics: &mut PhysicsWorld,
-    tool: &ToolShape,
-    poses: &[Pose],
-    friction: Real,
-) -> Vec<RigidBodyHandle> {
-    tool.parts
-        .iter()
-        .zip(poses)
-        .map(|(part, at)| {
+/// The tool's parts in the engine, and what of them cuts.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(super) struct Hand {
+    /// One kinematic body a part.
+    pub(super) parts: Vec<RigidBodyHandle>,
+    /// What cuts, each with the number of the part that carries it.
+    pub(super) blades: Vec<(u32, Blade)>,
+}
+
+impl Hand {
+    /// Puts the parts of `tool` into the world at `poses`.
+    pub(super) fn hold(physics: &mut PhysicsWorld, tool: &ToolShape, poses: &[Pose], friction: Real) -> Self {
+        let mut hand = Self::default();
+        for (k, (part, at)) in tool.parts.iter().zip(poses).enumerate() {
             let body = RigidBodyBuilder::kinematic_position_based().pose(pose(at)).can_sleep(false);
             let body = physics.insert_body(body);
             match &part.solid {
@@ -28,22 +32,25 @@ pub(super) fn hold(
                     physics.insert_collider(collider(single).friction(friction), Some(body));
                 }
             }
-            body
-        })
-        .collect()
-}
-
-/// Takes the bodies out of the world again.
-pub(super) fn release(physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
-    for &body in hand {
-        physics.remove_body(body);
+            hand.parts.push(body);
+            let blades = part.solid.blades().filter(|_| tool.cuts).unwrap_or_default();
+            hand.blades.extend(blades.into_iter().map(|blade| (k as u32, blade)));
+        }
+        hand
     }
-}
 
-/// Tells each body where it will be after the next physics step.
-pub(super) fn carry(physics: &mut PhysicsWorld, hand: &[RigidBodyHandle], poses: impl Iterator<Item = Pose>) {
-    for (&body, to) in hand.iter().zip(poses) {
-        physics.bodies[body].set_next_kinematic_position(pose(&to));
+    /// Takes the bodies out of the world again.
+    pub(super) fn release(&self, physics: &mut PhysicsWorld) {
+        for &body in &self.parts {
+            physics.remove_body(body);
+        }
+    }
+
+    /// Tells each body where it will be after the next physics step.
+    pub(super) fn carry(&self, physics: &mut PhysicsWorld, poses: &[Pose]) {
+        for (&body, to) in self.parts.iter().zip(poses) {
+            physics.bodies[body].set_next_kinematic_position(pose(to));
+        }
     }
 }
 
@@ -105,9 +112,9 @@ mod tests {
         let at = Pose { translation: DVec3::new(0.01, 0.02, 0.1), rotation };
         for spec in solids {
             let solid = spec.build().unwrap();
-            let tool = ToolShape { parts: vec![Part { solid: solid.clone(), surface: Vec::new() }] };
+            let tool = ToolShape::from(vec![Part { solid: solid.clone(), surface: Vec::new() }]);
             let mut physics = PhysicsWorld::new();
-            let body = hold(&mut physics, &tool, &[at], 0.5)[0];
+            let body = Hand::hold(&mut physics, &tool, &[at], 0.5).parts[0];
             for _ in 0..2000 {
                 let point = at.translation + DVec3::from_array(std::array::from_fn(|_| rng.random_range(-0.06..0.06)));
                 let colliders = physics.bodies[body].colliders().iter().map(|&c| &physics.colliders[c]);

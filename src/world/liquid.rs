@@ -183,6 +183,10 @@ impl Substance for Liquid {
         self.positions.clone()
     }
 
+    fn bodies(&self) -> Vec<usize> {
+        vec![0; self.positions.len()]
+    }
+
     fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3> {
         self.positions(physics)
     }

@@ -7,6 +7,7 @@ use super::lattice::Lattice;
 use super::liquid::Liquid;
 use super::rigid::RigidSpec;
 use super::{DoughSpec, SceneSpec};
+use crate::state::{Blade, Pose};
 use glam::{DQuat, DVec2, DVec3};
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::{IntegrationParameters, PhysicsWorld, RigidBodyHandle};
@@ -100,6 +101,12 @@ pub(super) trait Substance {
     fn volume(&self, physics: &PhysicsWorld) -> f64;
     /// Adds a velocity \[m/s\] to all of it.
     fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld);
+    /// The body of every particle: a connected lump, a grain; numbers from 0.
+    fn bodies(&self) -> Vec<usize>;
+    /// Prepares for a new tool, which may cut.
+    fn face(&mut self, _: &PhysicsWorld, _cuts: bool) {}
+    /// Parts what the blade of a tool's part goes through, before the physics step that brings the part to a pose.
+    fn cut(&mut self, _: &mut PhysicsWorld, _: &Blade, _: &Pose) {}
     /// Does after a physics step, with the tool in `hand`, what the engine itself does not.
     fn mend(&mut self, _: &mut PhysicsWorld, _: &[RigidBodyHandle]) {}
     /// Has the next step read its particles anew, as after [`Substance::mend`]; a mark that no serialisation keeps.

@@ -1,7 +1,7 @@
 //! The ground truth: dough, grains, rigid pieces and fluids on a table, worked by rigid tools, in Rapier.
 //!
-//! Dough is one Rapier soft body: lattice cells cut into tetrahedra that keep their volume, and edges that flow
-//! plastically. Grains and rigid pieces are rigid bodies. A fluid is position-based particles that push the bodies and are pushed
+//! Dough is a Rapier soft body, several once a blade has parted it: lattice cells cut into tetrahedra that keep their volume, and
+//! edges that flow plastically. Grains and rigid pieces are rigid bodies. A fluid is position-based particles that push the bodies and are pushed
 //! by them. A [`World`] belongs to one thread and holds everything that its
 //! future depends on, so that its clones and its [snapshots](World::snapshot) continue bit for bit as it would.
 use crate::shape::farthest_points_from;
@@ -16,6 +16,7 @@ use std::sync::Arc;
 mod bodies;
 mod cells;
 mod contact;
+mod cut;
 mod dough;
 mod dough_spec;
 mod drops;
@@ -148,6 +149,19 @@ impl World {
         self.chosen.iter().map(|&i| owners[i as usize]).collect()
     }
 
+    /// For every particle that models see, the number of the body it belongs to: a connected lump of dough, a grain, a rigid piece; a
+    /// fluid is one body.
+    pub fn bodies(&self) -> Vec<usize> {
+        let mut all = Vec::new();
+        let mut first = 0;
+        for piece in self.engine.bodies() {
+            let count = piece.iter().max().map_or(0, |last| last + 1);
+            all.extend(piece.into_iter().map(|body| first + body));
+            first += count;
+        }
+        self.chosen.iter().map(|&i| all[i as usize]).collect()
+    }
+
     /// Particles of the simulator on the material's surface \[m\].
     pub fn surface(&self) -> Vec<DVec3> {
         self.engine.surface()
@@ -175,7 +189,8 @@ impl World {
         self.before = self.positions();
         for i in 1..=self.steps {
             let way = i as f64 / self.steps as f64;
-            self.engine.step(self.poses.iter().zip(&control.poses).map(|(from, to)| from.toward(to, way)));
+            let poses = self.poses.iter().zip(&control.poses).map(|(from, to)| from.toward(to, way));
+            self.engine.step(&poses.collect::<Vec<_>>());
         }
         self.engine.forget();
         self.poses.iter_mut().zip(&control.poses).for_each(|(from, to)| *from = *to);

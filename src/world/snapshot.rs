@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// First bytes of every snapshot: what it is, and the version of its layout.
-const HEADER: &[u8] = b"pliant world 2\n";
+const HEADER: &[u8] = b"pliant world 3\n";
 /// Length of the digest that follows the header.
 const DIGEST: usize = 32;
 

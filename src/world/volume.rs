@@ -9,7 +9,6 @@
 //! ```
 //!
 //! Particles in contact slide along what they touch: W leaves out the normals. Their friction is the engine's.
-use super::lattice::TETRAHEDRA_PER_CELL;
 use glam::{DMat3, DVec3};
 use rapier3d::prelude::{SoftBody, SoftBodyCell};
 
@@ -24,11 +23,11 @@ const LONGEST: f64 = 3.0;
 /// What is added to the diagonal, as a share of its mean: cells between two tools may have no other.
 const SHIFT: f64 = 1e-3;
 
-/// Moves the particles of `body` so that its cells have their volumes; `touched` finds the normals of the surfaces that each
-/// particle touches.
-pub(super) fn hold(body: &mut SoftBody, touched: impl Fn(&SoftBody) -> Vec<Vec<DVec3>>) -> Held {
+/// Moves the particles of `body` so that its lattice cells have their volumes: `owners` says to which cell each tetrahedron belongs,
+/// and `touched` finds the normals of the surfaces that each particle touches.
+pub(super) fn hold(body: &mut SoftBody, owners: &[u32], touched: impl Fn(&SoftBody) -> Vec<Vec<DVec3>>) -> Held {
     let positions: Vec<DVec3> = body.particle_positions().map(|p| p.as_dvec3()).collect();
-    let cells: Vec<Cell> = body.cells().chunks(TETRAHEDRA_PER_CELL).map(|cell| Cell::of(cell, &positions)).collect();
+    let cells = cells(body, owners, &positions);
     if cells.iter().all(|cell| cell.missing == 0.0) {
         return Held::Already;
     }
@@ -55,6 +54,17 @@ pub(super) enum Held {
     Already,
     /// Some had not.
     Anew,
+}
+
+/// The tetrahedra of a lattice cell come in a row; of one that a blade went through each piece has some.
+fn cells(body: &SoftBody, owners: &[u32], positions: &[DVec3]) -> Vec<Cell> {
+    let mut rest = body.cells();
+    let take = |run: &[u32]| {
+        let (tetrahedra, after) = rest.split_at(run.len());
+        rest = after;
+        Cell::of(tetrahedra, positions)
+    };
+    owners.chunk_by(|a, b| a == b).map(take).collect()
 }
 
 /// A lattice cell: what volume it lacks beyond the tolerance, and how its volume grows with each of its particles.
@@ -135,7 +145,7 @@ fn project_out(way: DMat3, normal: DVec3) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::world::lattice::Lattice;
+    use crate::world::lattice::{Lattice, TETRAHEDRA_PER_CELL};
     use rapier3d::prelude::{PhysicsWorld, SoftBodyBuilder, SoftBodyCellModel, SoftBodyHandle};
 
     /// A block of 4 × 3 × 3 unit cells, its particles moved by `bend`.
@@ -157,6 +167,10 @@ mod tests {
         (physics, handle)
     }
 
+    fn owners(body: &SoftBody) -> Vec<u32> {
+        (0..body.cells().len()).map(|t| (t / TETRAHEDRA_PER_CELL) as u32).collect()
+    }
+
     fn places(body: &SoftBody) -> Vec<DVec3> {
         body.particle_positions().map(|p| p.as_dvec3()).collect()
     }
@@ -172,7 +186,7 @@ mod tests {
         let before = places(body);
         for _ in 0..3 {
             let none = |body: &SoftBody| vec![Vec::new(); body.num_particles()];
-            hold(body, none);
+            hold(body, &owners(body), none);
         }
         let after = places(body);
         for cell in body.cells().chunks(TETRAHEDRA_PER_CELL) {
@@ -201,7 +215,7 @@ mod tests {
         let touched = |body: &SoftBody| {
             places(body).iter().map(|p| on_floor(p).then_some(DVec3::Z).into_iter().collect()).collect()
         };
-        hold(body, touched);
+        hold(body, &owners(body), touched);
         let moves = before.iter().zip(places(body)).filter(|(p, _)| on_floor(p)).map(|(p, q)| q - *p);
         let moves: Vec<DVec3> = moves.collect();
         assert!(moves.iter().all(|d| d.z.abs() < 1e-6), "moved off the floor: {moves:?}");
@@ -215,7 +229,7 @@ mod tests {
         let body = &mut physics.soft_bodies[handle];
         let before = places(body);
         let none = |body: &SoftBody| vec![Vec::new(); body.num_particles()];
-        hold(body, none);
+        hold(body, &owners(body), none);
         assert_eq!(before, places(body));
     }
 

@@ -112,7 +112,7 @@ pub(crate) struct Slide {
 
 pub(crate) fn slide(length: f64) -> Slide {
     let solid = Solid::Cuboid { half: DVec3::splat(0.01) };
-    Slide { shape: Arc::new(ToolShape { parts: vec![Part { solid, surface: Vec::new() }] }), length }
+    Slide { shape: Arc::new(ToolShape::from(vec![Part { solid, surface: Vec::new() }])), length }
 }
 
 impl Tool for Slide {

@@ -73,15 +73,13 @@ fn problem(rng: &mut ChaCha8Rng) -> (Scene, Vec<Control>, Mixed) {
     let sample = |normal: DVec3, scale: DVec3| SurfacePoint { position: normal * scale, normal };
     let faces = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::Z];
     let (half, rod) = (DVec3::new(0.016, 0.016, 0.006), DVec3::new(0.006, 0.03, 0.006));
-    let tool = ToolShape {
-        parts: vec![
-            Part { solid: Solid::Cuboid { half }, surface: faces.map(|n| sample(n, half)).to_vec() },
-            Part {
-                solid: Solid::Cylinder { radius: 0.006, half_length: 0.03 },
-                surface: faces.map(|n| sample(n, rod)).to_vec(),
-            },
-        ],
-    };
+    let tool = ToolShape::from(vec![
+        Part { solid: Solid::Cuboid { half }, surface: faces.map(|n| sample(n, half)).to_vec() },
+        Part {
+            solid: Solid::Cylinder { radius: 0.006, half_length: 0.03 },
+            surface: faces.map(|n| sample(n, rod)).to_vec(),
+        },
+    ]);
     let poses = |t: f64| {
         let turn = DVec3::new(0.15 - 0.1 * t, 0.1, 0.5 * t);
         let roll = DVec3::new(0.1 * t, 2.0 * t, 0.3);

@@ -71,7 +71,7 @@ fn at(z: f64) -> Pose {
 
 /// Particles under one part at these start poses.
 fn scene(particles: Particles, parts: Vec<Part>, poses: Vec<Pose>) -> Scene {
-    Scene { particles, tool: Arc::new(ToolShape { parts }), poses, interval: 0.1, snapshot: None }
+    Scene { particles, tool: Arc::new(ToolShape::from(parts)), poses, interval: 0.1, snapshot: None }
 }
 
 /// Particles far from any tool, and `steps` controls that leave it there.

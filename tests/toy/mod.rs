@@ -172,5 +172,5 @@ pub(crate) fn tools() -> Tools {
 
 fn shape() -> Arc<ToolShape> {
     let surface = vec![SurfacePoint { position: DVec3::ZERO, normal: DVec3::Z }];
-    Arc::new(ToolShape { parts: vec![Part { solid: Solid::Cuboid { half: DVec3::splat(0.01) }, surface }] })
+    Arc::new(ToolShape::from(vec![Part { solid: Solid::Cuboid { half: DVec3::splat(0.01) }, surface }]))
 }

@@ -37,7 +37,7 @@ pub(crate) fn spec() -> SceneSpec {
 
 pub(crate) fn tool(parts: &[Solid]) -> Arc<ToolShape> {
     let part = |solid: &Solid| Part { solid: solid.clone(), surface: Vec::new() };
-    Arc::new(ToolShape { parts: parts.iter().map(part).collect() })
+    Arc::new(ToolShape::from(parts.iter().map(part).collect::<Vec<_>>()))
 }
 
 pub(crate) fn press() -> Arc<ToolShape> {

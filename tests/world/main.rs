@@ -3,6 +3,7 @@
 mod bench;
 mod bodies;
 mod building;
+mod cut;
 mod fluid;
 mod memory;
 mod physics;

@@ -74,7 +74,7 @@ pub fn import(source: &Path, format: &dyn Recording, folder: &Path) -> anyhow::R
     }
     metadata.write(folder)?;
     write_sums(folder, &metadata.files())?;
-    let tools = IndexMap::from([(NO_TOOL.to_owned(), Arc::new(ToolShape { parts: Vec::new() }))]);
+    let tools = IndexMap::from([(NO_TOOL.to_owned(), Arc::new(ToolShape::from(Vec::new())))]);
     Ok(Dataset { episodes, tools, metadata })
 }
 
