@@ -1,4 +1,5 @@
 //! A claim of the paper: a sweep that tests it, and the table its rows make.
+use crate::peer::Peer;
 use anyhow::Context;
 use pliant::compare::CompareSpec;
 use pliant::config;
@@ -34,6 +35,8 @@ pub(crate) enum Rows {
     },
     /// A function that measures them anew.
     Measured(Measure),
+    /// A function that measures them anew beside another project's program; `python=PATH` names the interpreter that runs it.
+    Beside(fn(Size, &Peer, &Watch) -> anyhow::Result<Vec<Value>>),
 }
 
 /// Makes rows, and figures below a folder.
@@ -72,6 +75,7 @@ impl Experiment {
                 anyhow::ensure!(words.is_empty(), "{} has nothing to change, but was given {words:?}", self.name);
                 measure(size, out, watch)?
             }
+            Rows::Beside(measure) => measure(size, &Peer::named(words)?, watch)?,
             Rows::Sweep { config, smoke } => {
                 let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
                 if size == Size::Smoke {

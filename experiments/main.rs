@@ -10,13 +10,23 @@ use std::process::ExitCode;
 mod claim;
 mod closed_loop;
 mod edge_types;
+mod endurance;
 mod hybrid;
+mod peer;
 mod quickstart;
+mod speed;
 mod world;
 
 /// Every claim. A new one is one file here and one line.
-const EXPERIMENTS: &[Experiment] =
-    &[quickstart::CLAIM, edge_types::CLAIM, hybrid::CLAIM, closed_loop::CLAIM, world::CLAIM];
+const EXPERIMENTS: &[Experiment] = &[
+    quickstart::CLAIM,
+    edge_types::CLAIM,
+    hybrid::CLAIM,
+    closed_loop::CLAIM,
+    world::CLAIM,
+    endurance::CLAIM,
+    speed::CLAIM,
+];
 
 /// The claims of the paper.
 #[derive(Parser)]

@@ -1,0 +1,186 @@
+//! Claim: a thousand random actions of all tools leave every material whole: nothing explodes, nothing falls through the table, and
+//! what leaves the workspace is counted.
+//!
+//! Command: `cargo run --release --bin experiments -- endurance`, about 20 minutes. Table: `paper/tables/endurance.tex`.
+use crate::claim::{Experiment, Rows, Size};
+use anyhow::ensure;
+use pliant::config;
+use pliant::data::DatasetSpec;
+use pliant::state::stream;
+use pliant::table::Grid;
+use pliant::tool::{Tool, Workpiece};
+use pliant::watch::Watch;
+use pliant::world::{SceneSpec, World};
+use rand::Rng;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::Instant;
+
+pub(crate) const CLAIM: Experiment = Experiment {
+    name: "endurance",
+    claim: "a thousand random actions a material: nothing explodes, falls through the table or leaves uncounted",
+    duration: "about 20 minutes",
+    rows: Rows::Measured(measure),
+    table,
+};
+
+/// Every material with a scene to put it in, what the scene changes, and the least height of a particle \[m\]: half a radius into the
+/// table, where the particles of grains are their middles.
+const CASES: &[(&str, &str, &[&str], f64)] = &[
+    ("dough", "dough", &[], -0.00125),
+    ("play_doh", "dough", &[], -0.00125),
+    ("clay", "dough", &[], -0.00125),
+    ("beans", "pile", &["scene.particles=40"], 0.00175),
+    ("rice", "pile", &["scene.particles=40"], 0.00075),
+    ("granola", "pile", &["scene.particles=40"], 0.0005),
+    ("carrots", "pile", &["scene.particles=40"], 0.002),
+    ("candy", "pile", &["scene.particles=40"], 0.002),
+    ("wood", "slide", &[], -0.0025),
+    ("water", "fluid_shake", &["scene.walls={x=[-0.08,0.08],y=[-0.08,0.08]}"], -0.0025),
+];
+/// Actions on one start before the next is drawn.
+const ACTIONS: usize = 5;
+/// Half width of the workspace around the middle of the table \[m\].
+const WORKSPACE: f64 = 0.25;
+/// A particle faster than this has not been pushed but thrown \[m/s\]; tools move at 0.2 m/s, a fall of 20 cm ends at 2 m/s.
+const THROWN: f64 = 2.0;
+
+fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
+    let (cases, episodes) = match size {
+        Size::Paper => (CASES, 1000 / ACTIONS as u64),
+        Size::Smoke => (&CASES[3..4], 2),
+    };
+    let mut rows = Vec::new();
+    for (material, scene, changes, least) in cases {
+        let tools = format!("tool=[{}]", config::stems("configs/tool".as_ref()).join(","));
+        let own = [format!("scene={scene}"), format!("scene.material={material}"), tools];
+        let changes: Vec<String> = own.into_iter().chain(changes.iter().map(|c| (*c).to_owned())).collect();
+        let spec = config::load::<DatasetSpec>("configs/dataset/dough.toml".as_ref(), &changes)?.spec;
+        let tools = spec.tool.values().map(|tool| tool.clone().build()).collect::<anyhow::Result<Vec<_>>>()?;
+        let bar = watch.stage(material, episodes);
+        let clock = Instant::now();
+        let worked = (0..episodes).into_par_iter().map(|k| {
+            watch.go_on(|| "stopped; nothing is kept of a material that was not finished".into())?;
+            let marks = Marks::of(&spec.scene, &tools, k);
+            bar.inc(1);
+            marks
+        });
+        let all = worked.try_reduce(Marks::default, |a, b| Ok(a.and(b)))?;
+        bar.finish_and_clear();
+        ensure!(all.actions > 0, "{material}: no action was executed");
+        rows.push(json!({ "material": material, "scene": scene, "tools": tools.len(), "actions": all.actions,
+            "not_finite": all.not_finite, "lowest": all.lowest, "least": least, "fastest": all.fastest, "left": all.left,
+            "particles": all.particles, "least_volume": all.volume[0], "greatest_volume": all.volume[1],
+            "seconds": clock.elapsed().as_secs_f64() }));
+    }
+    Ok(rows)
+}
+
+/// What happened to the particles of some episodes.
+struct Marks {
+    actions: usize,
+    particles: usize,
+    /// Actions after which a number was none.
+    not_finite: usize,
+    /// Particles that were outside of the workspace at an episode's end.
+    left: usize,
+    lowest: f64,
+    fastest: f64,
+    /// Least and greatest share of the volume, at rest after an action.
+    volume: [f64; 2],
+}
+
+impl Default for Marks {
+    fn default() -> Self {
+        let volume = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { actions: 0, particles: 0, not_finite: 0, left: 0, lowest: f64::INFINITY, fastest: 0.0, volume }
+    }
+}
+
+impl Marks {
+    fn of(scene: &SceneSpec, tools: &[Box<dyn Tool>], episode: u64) -> anyhow::Result<Self> {
+        let mut rng = stream(1, &[u64::from_le_bytes(*b"enduranc"), episode]);
+        let mut world = World::new(scene, rng.random())?;
+        let volume = world.volume();
+        let mut marks = Self { particles: world.particles().len(), ..Self::default() };
+        for action in 0..ACTIONS {
+            let tool = &tools[(episode as usize * ACTIONS + action) % tools.len()];
+            let piece = Workpiece::around(&world.particles());
+            let space = tool.space(&piece);
+            let mut theta = space.at(&(0..space.dimension()).map(|_| rng.random()).collect::<Vec<f64>>());
+            space.clamp(&mut theta);
+            let rollout = world.execute(tool.shape(), &tool.motion(&theta, &piece, 15));
+            marks.actions += 1;
+            if !rollout.iter().all(|state| state.is_finite()) {
+                marks.not_finite += 1;
+                return Ok(marks);
+            }
+            for state in &rollout {
+                marks.lowest = state.positions.iter().map(|p| p.z).fold(marks.lowest, f64::min);
+                marks.fastest = state.velocities.iter().map(|v| v.length()).fold(marks.fastest, f64::max);
+            }
+            let kept = world.volume() / volume;
+            marks.volume = [marks.volume[0].min(kept), marks.volume[1].max(kept)];
+        }
+        let gone = |p: &&glam::DVec3| p.truncate().abs().max_element() > WORKSPACE;
+        marks.left = world.particles().positions.iter().filter(gone).count();
+        Ok(marks)
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            actions: self.actions + other.actions,
+            particles: self.particles + other.particles,
+            not_finite: self.not_finite + other.not_finite,
+            left: self.left + other.left,
+            lowest: self.lowest.min(other.lowest),
+            fastest: self.fastest.max(other.fastest),
+            volume: [self.volume[0].min(other.volume[0]), self.volume[1].max(other.volume[1])],
+        }
+    }
+}
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    let whole = |row: &Value| {
+        number(row, "not_finite") == 0.0
+            && number(row, "lowest") >= number(row, "least")
+            && number(row, "fastest") <= THROWN
+    };
+    let line = |row: &Value| {
+        let mut cells = vec![row["material"].as_str().unwrap_or("–").to_owned()];
+        cells.extend(["actions", "not_finite"].map(|key| format!("{}", number(row, key))));
+        cells.extend(["lowest", "least"].map(|key| format!("{:.2}", 1e3 * number(row, key))));
+        cells.push(format!("{:.2}", number(row, "fastest")));
+        cells.push(format!("{} of {}", number(row, "left"), number(row, "particles")));
+        cells.push(format!("{:.3} … {:.3}", number(row, "least_volume"), number(row, "greatest_volume")));
+        cells.push(if whole(row) { "yes" } else { "no" }.into());
+        cells
+    };
+    let header = [
+        "material",
+        "actions",
+        "not finite",
+        "lowest [mm]",
+        "allowed [mm]",
+        "fastest [m/s]",
+        "left",
+        "volume after",
+        "holds",
+    ];
+    Ok(Grid {
+        title: "A thousand random actions of all tools on every material".into(),
+        header: header.map(String::from).to_vec(),
+        rows: rows.iter().map(line).collect(),
+        notes: vec![
+            format!(
+                "{ACTIONS} actions on a start, then a new one; lowest: the lowest particle in any state, for grains its middle"
+            ),
+            format!(
+                "fastest: over a control step, at most {THROWN} m/s allowed; left: particles beyond {WORKSPACE} m at the end of an episode"
+            ),
+            "volume: as a share of the start's, after each action".into(),
+        ],
+    })
+}
