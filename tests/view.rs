@@ -139,7 +139,7 @@ fn a_name_is_never_markup() {
     };
     let mut recording = Playback::open(&path).unwrap();
     recording.episode.tool = hostile.to_owned();
-    recording.material = Some("<!--<script>".to_owned());
+    recording.pieces = vec!["<!--<script>".to_owned()];
     let text =
         page(&recording, Some(&Prediction { model: hostile.to_owned(), rollout: recording.episode.states.clone() }));
     let (plain, plain_path) = dataset("press_square");
@@ -159,7 +159,7 @@ fn a_file_outside_a_dataset_plays_without_its_tools_shape_and_a_tool_of_no_parts
     let path = folder.path().join("alone.npz");
     made_up(4, 20, 2).write(&path).unwrap();
     let recording = Playback::open(&path).unwrap();
-    assert!(recording.shape.is_none() && recording.material.is_none());
+    assert!(recording.shape.is_none() && recording.pieces.is_empty());
     let told = data(&page(&recording, None));
     assert_eq!(told["tool"]["parts"].as_array().unwrap().len(), 2);
     assert_eq!(told["tool"]["parts"][0]["vertices"], "");

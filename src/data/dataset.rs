@@ -93,7 +93,7 @@ impl DatasetSpec {
     ///
     /// # Errors
     /// When a constant of `vary` is none of this scene.
-    pub(super) fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
+    pub fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
         vary::with(self.listed(k), &vary::drawn(&self.vary, self.seed, k))
     }
 

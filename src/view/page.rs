@@ -109,7 +109,7 @@ pub(super) fn html(recording: &Playback, prediction: Option<&Prediction>) -> Str
 
 impl<'a> Data<'a> {
     fn of(recording: &'a Playback, prediction: Option<&'a Prediction>) -> Self {
-        let Playback { path, episode, shape, material } = recording;
+        let Playback { path, episode, shape, pieces } = recording;
         let poses = || (0..=episode.horizon()).flat_map(|t| episode.poses(t));
         let parts = match shape {
             Some(shape) => shape.parts.iter().map(Shape::of).collect(),
@@ -125,7 +125,7 @@ impl<'a> Data<'a> {
             frames: episode.states.len(),
             particles: start.len(),
             positions: points(&episode.states),
-            bodies: bodies(&episode.body, material.as_deref().unwrap_or("particles")),
+            bodies: bodies(&episode.body, pieces),
             spacing,
             tool: Tool { name: &episode.tool, poses: doubles(poses().flat_map(row)), parts },
             graph: Graph {
@@ -142,9 +142,13 @@ impl<'a> Data<'a> {
     }
 }
 
-/// Runs of particles of one body; a body beside the first has its number for a name.
-fn bodies(body: &[u32], material: &str) -> Vec<Body> {
-    let name = |number| if number == 0 { material.to_owned() } else { format!("body {number}") };
+/// Runs of particles of one piece; one that has no name gets its number.
+fn bodies(body: &[u32], pieces: &[String]) -> Vec<Body> {
+    let name = |number: u32| match pieces.get(number as usize) {
+        Some(name) => name.clone(),
+        None if number == 0 => "particles".to_owned(),
+        None => format!("body {number}"),
+    };
     body.chunk_by(|a, b| a == b).map(|run| Body { material: name(run[0]), particles: run.len() }).collect()
 }
 
@@ -177,4 +181,20 @@ fn singles(points: &[DVec3]) -> String {
 
 fn doubles(numbers: impl Iterator<Item = f64>) -> String {
     STANDARD_NO_PAD.encode(numbers.flat_map(f64::to_le_bytes).collect::<Vec<u8>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_are_named_by_their_dataset_and_otherwise_counted() {
+        let told = |pieces: &[&str]| -> Vec<(String, usize)> {
+            let pieces: Vec<String> = pieces.iter().map(|name| (*name).to_owned()).collect();
+            bodies(&[0, 0, 1, 2], &pieces).into_iter().map(|body| (body.material, body.particles)).collect()
+        };
+        let named = |names: [&str; 3]| names.map(String::from).into_iter().zip([2, 1, 1]).collect::<Vec<_>>();
+        assert_eq!(told(&["fluid", "cube"]), named(["fluid", "cube", "body 2"]));
+        assert_eq!(told(&[]), named(["particles", "body 1", "body 2"]));
+    }
 }

@@ -14,15 +14,16 @@ pub struct Playback {
     pub episode: Episode,
     /// Shape of its tool; none where its folder does not say it.
     pub shape: Option<Arc<ToolShape>>,
-    /// Kind of material that the particles are made of; none where its folder does not say it.
-    pub material: Option<String>,
+    /// What its pieces are, in their order: the kind of the scene's own material, and the names of what is beside it; none where its
+    /// folder does not say it.
+    pub pieces: Vec<String>,
 }
 
 /// What a dataset's folder says of one of its episodes.
 struct Origin {
     tool: String,
     shape: Arc<ToolShape>,
-    material: Option<String>,
+    pieces: Vec<String>,
 }
 
 impl Playback {
@@ -37,7 +38,7 @@ impl Playback {
         }
         let mut episode = Episode::read(path, "")?;
         let Some(origin) = Origin::of(path)? else {
-            return Ok(Self { path: path.to_owned(), episode, shape: None, material: None });
+            return Ok(Self { path: path.to_owned(), episode, shape: None, pieces: Vec::new() });
         };
         let (found, told) = (episode.poses(0).len(), origin.shape.parts.len());
         ensure!(
@@ -47,7 +48,7 @@ impl Playback {
             origin.tool
         );
         episode.tool = origin.tool;
-        Ok(Self { path: path.to_owned(), episode, shape: Some(origin.shape), material: origin.material })
+        Ok(Self { path: path.to_owned(), episode, shape: Some(origin.shape), pieces: origin.pieces })
     }
 }
 
@@ -68,9 +69,11 @@ impl Origin {
         let built = part.clone().build();
         let built =
             built.with_context(|| format!("the tool `{tool}` of {} cannot be built; {alone}", file.display()))?;
-        let material = serde_json::to_value(&spec.scene.material).ok();
+        let scene = spec.scene_of(number).with_context(|| format!("in {}; {alone}", file.display()))?;
+        let material = serde_json::to_value(&scene.material).ok();
         let material = material.and_then(|m| Some(m.get("kind")?.as_str()?.to_owned()));
-        Ok(Some(Self { tool: tool.clone(), shape: built.shape().clone(), material }))
+        let pieces = material.into_iter().chain(scene.beside.into_keys()).collect();
+        Ok(Some(Self { tool: tool.clone(), shape: built.shape().clone(), pieces }))
     }
 }
 

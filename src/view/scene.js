@@ -5,11 +5,13 @@ const PREDICTED = [0.17, 0.42, 0.85], TOOL = [0.5, 0.55, 0.62], FORCE = [0.8, 0.
 /** The frames of parts: x, y, z. */
 const AXES = [[0.8, 0.1, 0.1], [0.1, 0.6, 0.1], [0.1, 0.2, 0.85]];
 
+/** Places in the palette of what everyone has a colour in mind for. */
+const EXPECTED = { fluid: 1, dough: 2, rigid: 5 };
 /** A colour of its own for every material of the recording, the same for the same name as long as no two meet. */
 const materials = new Map();
 for (const { material } of page.bodies) {
   if (materials.has(material)) continue;
-  let place = [...material].reduce((sum, letter) => sum * 31 + letter.codePointAt(0), 7) % PALETTE.length;
+  let place = EXPECTED[material] ?? [...material].reduce((sum, letter) => sum * 31 + letter.codePointAt(0), 7) % PALETTE.length;
   for (let k = 0; k < PALETTE.length && [...materials.values()].includes(PALETTE[place]); k++) place = (place + 1) % PALETTE.length;
   materials.set(material, PALETTE[place]);
 }
