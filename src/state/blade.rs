@@ -142,14 +142,15 @@ fn ring(sheets: &[Sheet]) -> Option<Blade> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tool::SolidSpec;
+    use crate::state::Pose;
+    use glam::DQuat;
     use rand::{Rng, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn a_blade_lies_in_the_middle_of_what_is_thin() {
-        let cuboid = |half| SolidSpec::Cuboid { half }.build().unwrap();
-        let blades = cuboid([0.05, 0.0015, 0.03]).blades().unwrap();
+        let cuboid = |x, y, z| Solid::Cuboid { half: DVec3::new(x, y, z) };
+        let blades = cuboid(0.05, 0.0015, 0.03).blades().unwrap();
         let [blade] = &blades[..] else { panic!("{blades:?}") };
         let point = DVec3::new(0.01, 0.002, -0.03);
         let place = blade.place(point);
@@ -163,13 +164,20 @@ mod tests {
         assert!(blade.clear(point, -side, 0.001).unwrap().abs_diff_eq(point.with_y(-0.0025), 1e-15));
         assert_eq!(blade.clear(point.with_z(-0.0341), side, 0.001), None);
         assert_eq!(blade.clear(point.with_y(0.0026), side, 0.001), None);
-        assert!(cuboid([0.05, 0.04, 0.03]).blades().is_none(), "a block is no blade");
+        assert!(cuboid(0.05, 0.04, 0.03).blades().is_none(), "a block is no blade");
     }
 
     #[test]
     fn a_tube_is_one_blade_around_its_inside() {
-        let tube = SolidSpec::Tube { radius: 0.02, wall: 0.003, half_height: 0.03, sides: 16 }.build().unwrap();
-        let blades = tube.blades().unwrap();
+        // Sixteen boxes, each as wide as the outer polygon's sides.
+        let width = 0.0215 * (std::f64::consts::PI / 16.0).tan();
+        let wall = |k: u32| {
+            let rotation = DQuat::from_rotation_z(std::f64::consts::TAU * f64::from(k) / 16.0);
+            let solid = Solid::Cuboid { half: DVec3::new(0.0015, width, 0.03) };
+            Placed { solid, pose: Pose { translation: rotation * (0.02 * DVec3::X), rotation } }
+        };
+        let walls: Vec<Placed> = (0..16).map(wall).collect();
+        let blades = Solid::Assembly(walls.clone().into()).blades().unwrap();
         let [ring] = &blades[..] else { panic!("{} blades", blades.len()) };
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         for _ in 0..1000 {
@@ -178,8 +186,7 @@ mod tests {
             assert!(radius > 0.0196 || out < 0.0, "{point} is inside, but at {out}");
             assert!(radius < 0.0204 || out > 0.0, "{point} is outside, but at {out}");
         }
-        let Solid::Assembly(pieces) = tube else { panic!("a tube is an assembly") };
-        let open = Solid::Assembly(pieces[1..].into());
+        let open = Solid::Assembly(walls[1..].into());
         assert_eq!(open.blades().unwrap().len(), 15, "an open ring cuts as its walls do");
     }
 }
