@@ -62,6 +62,11 @@ pub(crate) const SMALL_FITS: &[&str] = &[
     "model.hybrid.train.residual.steps=4",
 ];
 
+/// The number under `key`, which is none where there is none.
+pub(crate) fn number(row: &Value, key: &str) -> f64 {
+    row[key].as_f64().unwrap_or(f64::NAN)
+}
+
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()

@@ -2,13 +2,13 @@
 //! explodes, nothing falls through the table, and what leaves the workspace is counted.
 //!
 //! Command: `cargo run --release --bin experiments -- endurance`, about 20 minutes. Table: `paper/tables/endurance.tex`.
-use crate::claim::{Experiment, Rows, Size};
+use crate::claim::{Experiment, Rows, Size, number};
 use anyhow::ensure;
 use pliant::config;
-use pliant::data::DatasetSpec;
+use pliant::data::{DatasetSpec, random_action};
 use pliant::state::stream;
 use pliant::table::Grid;
-use pliant::tool::{Tool, Workpiece};
+use pliant::tool::Tool;
 use pliant::watch::Watch;
 use pliant::world::{SceneSpec, World};
 use rand::Rng;
@@ -25,8 +25,8 @@ pub(crate) const CLAIM: Experiment = Experiment {
     table,
 };
 
-/// Every material with the number of its episodes, a scene to put it in, what the scene changes, and the least height of a particle \[m\]: half a radius into the
-/// table, where the particles of grains are their middles.
+/// Every material with the number of its episodes, a scene to put it in, what the scene changes, and the least height of a particle
+/// \[m\]: half a radius into the table, where the particles of grains are their middles.
 const CASES: &[(&str, u64, &str, &[&str], f64)] = &[
     ("dough", 200, "dough", &[], -0.00125),
     ("play_doh", 40, "dough", &[], -0.00125),
@@ -41,6 +41,8 @@ const CASES: &[(&str, u64, &str, &[&str], f64)] = &[
 ];
 /// Actions on one start before the next is drawn.
 const ACTIONS: usize = 5;
+/// Control steps of an action.
+const STEPS: usize = 15;
 /// Half width of the workspace around the middle of the table \[m\].
 const WORKSPACE: f64 = 0.25;
 /// A particle faster than this has not been pushed but thrown \[m/s\]; tools move at 0.2 m/s, a fall of 20 cm ends at 2 m/s.
@@ -107,11 +109,8 @@ impl Marks {
         let mut marks = Self { particles: world.particles().len(), ..Self::default() };
         for action in 0..ACTIONS {
             let tool = &tools[(episode as usize * ACTIONS + action) % tools.len()];
-            let piece = Workpiece::around(&world.particles());
-            let space = tool.space(&piece);
-            let mut theta = space.at(&(0..space.dimension()).map(|_| rng.random()).collect::<Vec<f64>>());
-            space.clamp(&mut theta);
-            let rollout = world.execute(tool.shape(), &tool.motion(&theta, &piece, 15));
+            let (_, motion) = random_action(tool.as_ref(), &world.particles(), STEPS, &mut rng);
+            let rollout = world.execute(tool.shape(), &motion);
             marks.actions += 1;
             if !rollout.iter().all(|state| state.is_finite()) {
                 marks.not_finite += 1;
@@ -143,7 +142,6 @@ impl Marks {
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     let whole = |row: &Value| {
         number(row, "not_finite") == 0.0
             && number(row, "lowest") >= number(row, "least")

@@ -3,7 +3,7 @@
 //!
 //! Command: `pip install mujoco==4.0.0`, then `cargo run --release --bin experiments -- speed`, about ten minutes; the interpreter
 //! by `python=PATH`. Table: `paper/tables/speed.tex`. Linux only: CPU time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size};
+use crate::claim::{Experiment, Rows, Size, number};
 use crate::peer::Peer;
 use anyhow::Context;
 use glam::{DQuat, DVec3};
@@ -48,7 +48,7 @@ fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>>
             let scene = Push::of(*count, controls)?;
             let pushed = [vec![scene.ours()?], scene.theirs(peer, solvers)?].concat();
             rows.extend(pushed.into_iter().map(|mut row| {
-                let seconds = row["cpu_seconds"].as_f64().unwrap_or(f64::NAN);
+                let seconds = number(&row, "cpu_seconds");
                 row["particle_steps_per_second"] = json!((count * controls * CHUNK) as f64 / seconds);
                 (row["what"], row["particles"], row["round"]) = (json!("push"), json!(count), json!(round));
                 row
@@ -151,23 +151,23 @@ fn cpu_seconds() -> anyhow::Result<f64> {
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    let of = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     let pushes = || rows.iter().filter(|row| row["what"] == "push");
     // The best round of each: what else ran on the machine only ever slows.
     let best = |count: f64, ours: bool| {
-        let mine = pushes().filter(|row| of(row, "particles") == count && (row["engine"] == "pliant") == ours);
-        mine.max_by(|a, b| of(a, "particle_steps_per_second").total_cmp(&of(b, "particle_steps_per_second")))
+        let mine = pushes().filter(|row| number(row, "particles") == count && (row["engine"] == "pliant") == ours);
+        mine.max_by(|a, b| number(a, "particle_steps_per_second").total_cmp(&number(b, "particle_steps_per_second")))
     };
-    let mut counts: Vec<f64> = pushes().map(|row| of(row, "particles")).collect();
+    let mut counts: Vec<f64> = pushes().map(|row| number(row, "particles")).collect();
     counts.sort_by(f64::total_cmp);
     counts.dedup();
     let thousands = |row: Option<&Value>| {
-        row.map_or("–".into(), |row| format!("{:.1}", of(row, "particle_steps_per_second") / 1e3))
+        row.map_or("–".into(), |row| format!("{:.1}", number(row, "particle_steps_per_second") / 1e3))
     };
     let lines = counts.iter().map(|&count| {
         let (ours, peer) = (best(count, true), best(count, false));
-        let ratio =
-            ours.zip(peer).map(|(a, b)| of(a, "particle_steps_per_second") / of(b, "particle_steps_per_second"));
+        let ratio = ours
+            .zip(peer)
+            .map(|(a, b)| number(a, "particle_steps_per_second") / number(b, "particle_steps_per_second"));
         let engine = peer.and_then(|row| row["engine"].as_str()).unwrap_or("–").to_owned();
         vec![
             format!("{count}"),
@@ -178,12 +178,13 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         ]
     });
     let header = ["balls", "ours [k/s]", "fastest peer", "peer [k/s]", "ratio"].map(String::from).to_vec();
-    let cost =
-        |count: Option<&f64>| count.and_then(|c| best(*c, true)).map(|row| 1.0 / of(row, "particle_steps_per_second"));
+    let cost = |count: Option<&f64>| {
+        count.and_then(|c| best(*c, true)).map(|row| 1.0 / number(row, "particle_steps_per_second"))
+    };
     let growth = cost(counts.last()).zip(cost(counts.first())).map_or(f64::NAN, |(large, small)| large / small);
     let seconds = |threads: f64| {
-        let made = rows.iter().filter(|row| row["what"] == "dataset" && of(row, "threads") == threads);
-        made.map(|row| of(row, "seconds")).fold(f64::INFINITY, f64::min)
+        let made = rows.iter().filter(|row| row["what"] == "dataset" && number(row, "threads") == threads);
+        made.map(|row| number(row, "seconds")).fold(f64::INFINITY, f64::min)
     };
     Ok(Grid {
         title: "Speed of the world: balls pushed by a board, thousands of particle steps a CPU second".into(),

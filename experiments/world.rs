@@ -3,7 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- world`, about two minutes. Table: `paper/tables/world.tex`; contact sheet:
 //! `paper/figures/world.png`, five frames of each recorded action.
-use crate::claim::{Experiment, Rows, Size};
+use crate::claim::{Experiment, Rows, Size, number};
 use pliant::config::{self, write_whole};
 use pliant::data::{DatasetSpec, Episode, record};
 use pliant::table::{Frame, Grid, Strip, sheet};
@@ -81,7 +81,6 @@ fn strip(title: &str, tool: &ToolSpec, episode: &Episode) -> anyhow::Result<Stri
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let text = |row: &Value, key: &str| row[key].as_str().unwrap_or("–").to_owned();
-    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     let line = |row: &Value| {
         let mut cells = vec![text(row, "what"), text(row, "name"), text(row, "tool")];
         cells.push(format!("{}", number(row, "particles")));

@@ -71,6 +71,16 @@ fn a_tiny_comparison_leaves_everything_and_its_repetition_is_quick_and_equal() {
     }
     let descending = rows.iter().find(|r| r["model"] == "oracle" && r["planner"] == "descent").unwrap();
     assert!(descending["predicted"].is_null(), "the simulator has no gradient to descend");
+
+    // Seconds tell an attempt that was made again from one that was kept.
+    std::fs::remove_file(folder.path().join("results/attempts/disc/7/cem/still.json")).unwrap();
+    let mended = out(&pliant(folder.path(), &[&words[..], &["--json"]].concat()));
+    let others = |text: &str| -> Vec<String> {
+        let lost = |line: &&str| line.contains("\"model\":\"still\",\"planner\":\"cem\"");
+        text.lines().filter(|line| !lost(line)).map(str::to_owned).collect()
+    };
+    assert_eq!((mended.lines().count(), others(&mended).len()), (10, 9));
+    assert_eq!(others(&mended), others(&written), "attempts that were there were made again");
 }
 
 #[test]

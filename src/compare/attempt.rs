@@ -43,7 +43,7 @@ pub(super) struct Entry<'a> {
 /// Observe, choose tool and motion, execute, and again for every action.
 ///
 /// The entries plan one after the other, for their seconds are compared, and then execute side by side.
-pub(super) fn attempt(bench: &Bench<'_>, entries: &[Entry<'_>]) -> anyhow::Result<Vec<Attempt>> {
+pub(super) fn attempt(bench: &Bench<'_>, entries: &[&Entry<'_>]) -> anyhow::Result<Vec<Attempt>> {
     let mut runs = entries.iter().map(|entry| Run::new(bench, entry)).collect::<anyhow::Result<Vec<_>>>()?;
     for action in 0..bench.spec.actions as u64 {
         let mut planned = Vec::new();
@@ -75,7 +75,6 @@ struct Run<'a> {
     predicted: Option<f64>,
     /// Where the model thinks that the last action ends, in open loop.
     imagined: Option<Particles>,
-    over: bool,
 }
 
 impl<'a> Run<'a> {
@@ -92,13 +91,12 @@ impl<'a> Run<'a> {
             spent: Spent::default(),
             predicted: None,
             imagined: None,
-            over: false,
         })
     }
 
-    /// The next action, if there is a plan for one.
+    /// The next action, if there is a plan for it and there was one for all before.
     fn plan(&mut self, action: u64) -> anyhow::Result<Option<(Arc<ToolShape>, Motion)>> {
-        if self.over {
+        if (self.actions.len() as u64) < action {
             return Ok(None);
         }
         let Self { bench, entry, world, .. } = self;
@@ -119,7 +117,7 @@ impl<'a> Run<'a> {
         let piece = Workpiece::around(&seen);
         if !known && !accepts(bench, model, &scene) {
             // A model that cannot go on from what it imagined has no plan for the whole.
-            (self.predicted, self.over) = (None, true);
+            self.predicted = None;
             return Ok(None);
         }
         let choice = bench.chooser.choose(&Task {
@@ -136,10 +134,7 @@ impl<'a> Run<'a> {
             action,
         })?;
         self.spent += choice.spent();
-        let Some((name, plan, motion)) = choice.best() else {
-            self.over = true;
-            return Ok(None);
-        };
+        let Some((name, plan, motion)) = choice.best() else { return Ok(None) };
         let shape = bench.tools[name].shape();
         if spec.control == ControlSpec::Open {
             let end = model.rollout(&scene(shape, &motion.start), &motion.controls).pop();

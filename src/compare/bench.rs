@@ -149,21 +149,22 @@ impl<'a> Bench<'a> {
         Ok(attempts)
     }
 
-    /// The attempts as an earlier run of the same config left them, or all made now.
+    /// The attempts as an earlier run of the same config left them, or made now.
     fn recall(&self, entries: &[Entry<'_>], folder: &Path) -> anyhow::Result<Vec<Attempt>> {
         let path = |entry: &Entry<'_>| {
             let folder = folder.join(entry.goal.0).join(entry.seed.to_string()).join(entry.planner.0);
             folder.join(format!("{}.json", entry.contender.name))
         };
-        let known = entries.iter().map(|entry| self.read(&path(entry))).collect::<anyhow::Result<Option<Vec<_>>>>()?;
-        if let Some(known) = known {
-            return Ok(known);
-        }
-        let attempts = attempt(self, entries)?;
-        for (entry, attempt) in entries.iter().zip(&attempts) {
+        let known = entries.iter().map(|entry| self.read(&path(entry))).collect::<anyhow::Result<Vec<_>>>()?;
+        let missing: Vec<&Entry<'_>> =
+            entries.iter().zip(&known).filter(|(_, k)| k.is_none()).map(|(e, _)| e).collect();
+        let made = attempt(self, &missing)?;
+        for (entry, attempt) in missing.iter().zip(&made) {
             write_whole(&path(entry), serde_json::to_string(attempt).expect("plain data").as_bytes())?;
         }
-        Ok(attempts)
+        let mut made = made.into_iter();
+        let all = known.into_iter().map(|known| known.or_else(|| made.next()));
+        Ok(all.map(|attempt| attempt.expect("what was missing was made")).collect())
     }
 
     /// The attempt that an earlier run of the same config wrote, if there is one.

@@ -24,7 +24,7 @@ pub use histogram::Histogram;
 pub use import::{RECORDINGS, Recording, import};
 pub use info::{Info, Usage};
 pub use metadata::{Entry, Metadata};
-pub use simulate::{record, simulate};
+pub use simulate::{random_action, record, simulate};
 pub use split::{By, EpisodeSpec, GivenSpec, GroupSpec, HELD_OUT, HoldOut, Part, SizeSpec, SplitSpec};
 pub use statistics::Statistics;
 pub use vary::Ranges;

@@ -63,12 +63,12 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     for _ in 0..rng.random_range(0..=spec.before) {
         let name = names().nth(rng.random_range(0..spec.tool.len())).expect("a number below their count");
         let tool = spec.tool[name].clone().build()?;
-        let (_, motion) = draw(tool.as_ref(), &world.particles(), spec.steps, &mut rng);
+        let (_, motion) = random_action(tool.as_ref(), &world.particles(), spec.steps, &mut rng);
         world.execute(tool.shape(), &motion);
     }
     let name = spec.tool_of(k).to_owned();
     let tool = spec.tool[&name].clone().build()?;
-    let (theta, motion) = draw(tool.as_ref(), &world.particles(), spec.steps, &mut rng);
+    let (theta, motion) = random_action(tool.as_ref(), &world.particles(), spec.steps, &mut rng);
     let interval = world.interval();
     let rollout = world.execute(tool.shape(), &motion);
     ensure!(
@@ -81,8 +81,8 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     Ok(Episode { tool: name, theta, interval, start: motion.start, controls: motion.controls, states, body })
 }
 
-/// A uniformly random action of `tool` on `particles`.
-fn draw(tool: &dyn Tool, particles: &Particles, steps: usize, rng: &mut ChaCha8Rng) -> (Vec<f64>, Motion) {
+/// A uniformly random action of `tool` on `particles`, in `steps` control steps: θ and its path.
+pub fn random_action(tool: &dyn Tool, particles: &Particles, steps: usize, rng: &mut ChaCha8Rng) -> (Vec<f64>, Motion) {
     let piece = Workpiece::around(particles);
     let space = tool.space(&piece);
     let unit: Vec<f64> = (0..space.dimension()).map(|_| rng.random()).collect();

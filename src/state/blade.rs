@@ -28,22 +28,26 @@ pub struct Blade {
 impl Blade {
     /// Where a point is: its signed distance from the surface, and its place along the surface's two directions \[m\].
     pub fn place(&self, point: DVec3) -> DVec3 {
-        let out = self.planes.iter().map(|(normal, distance)| normal.dot(point) - distance).fold(f64::MIN, f64::max);
-        DVec3::new(out, self.axes[0].dot(point), self.axes[1].dot(point))
+        self.placed(point).0
+    }
+
+    /// [`Blade::place`], and the normal of the plane that decides it.
+    fn placed(&self, point: DVec3) -> (DVec3, DVec3) {
+        let far = self.planes.iter().map(|(normal, distance)| (normal.dot(point) - distance, *normal));
+        let (out, normal) = far.max_by(|a, b| a.0.total_cmp(&b.0)).expect("a blade has a plane");
+        (DVec3::new(out, self.axes[0].dot(point), self.axes[1].dot(point)), normal)
     }
 
     /// Where a point comes to lie that makes way to one side (the sign of `side`) of the solid, `skin` \[m\] beyond it; none where
-    /// it is no nearer than that, or farther beyond the surface's ends than
-    /// the crack opens ahead.
+    /// it is no nearer than that, or farther beyond the surface's ends than the crack opens ahead.
     pub fn clear(&self, point: DVec3, side: f64, skin: f64) -> Option<DVec3> {
-        let place = self.place(point);
+        let (place, normal) = self.placed(point);
         let inside = [place.y, place.z]
             .iter()
             .zip(self.reach)
             .all(|(x, [low, high])| (low - AHEAD * skin..=high + AHEAD * skin).contains(x));
         let lack = self.half + skin - side.signum() * place.x;
-        let out = self.planes.iter().max_by(|a, b| (a.0.dot(point) - a.1).total_cmp(&(b.0.dot(point) - b.1)));
-        (inside && lack > 0.0).then(|| point + side.signum() * lack * out.expect("a blade has a plane").0)
+        (inside && lack > 0.0).then(|| point + side.signum() * lack * normal)
     }
 
     /// The surface's corners, one after the other, as [`Blade::place`] has them \[m\].

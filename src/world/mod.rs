@@ -1,9 +1,9 @@
 //! The ground truth: dough, grains, rigid pieces and fluids on a table, worked by rigid tools, in Rapier.
 //!
 //! Dough is a Rapier soft body, several once a blade has parted it: lattice cells cut into tetrahedra that keep their volume, and
-//! edges that flow plastically. Grains and rigid pieces are rigid bodies. A fluid is position-based particles that push the bodies and are pushed
-//! by them. A [`World`] belongs to one thread and holds everything that its
-//! future depends on, so that its clones and its [snapshots](World::snapshot) continue bit for bit as it would.
+//! edges that flow plastically. Grains and rigid pieces are rigid bodies. A fluid is position-based particles that push the bodies
+//! and are pushed by them. A [`World`] belongs to one thread and holds everything that its future depends on, so that its clones
+//! and its [snapshots](World::snapshot) continue bit for bit as it would.
 use crate::shape::farthest_points_from;
 use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
 use crate::tool::Motion;
@@ -145,8 +145,7 @@ impl World {
 
     /// For every particle that models see, the number of its piece: 0 for the scene's own material, then those beside it.
     pub fn pieces(&self) -> Vec<usize> {
-        let owners = self.engine.owners();
-        self.chosen.iter().map(|&i| owners[i as usize]).collect()
+        self.seen(&self.engine.owners())
     }
 
     /// For every particle that models see, the number of the body it belongs to: a connected lump of dough, a grain, a rigid piece; a
@@ -159,7 +158,7 @@ impl World {
             all.extend(piece.into_iter().map(|body| first + body));
             first += count;
         }
-        self.chosen.iter().map(|&i| all[i as usize]).collect()
+        self.seen(&all)
     }
 
     /// Particles of the simulator on the material's surface \[m\].
@@ -229,7 +228,11 @@ impl World {
     }
 
     fn positions(&self) -> Vec<DVec3> {
-        let all = self.all_positions();
+        self.seen(&self.all_positions())
+    }
+
+    /// Of what `all` particles of the simulator have, that of those which models see.
+    fn seen<T: Copy>(&self, all: &[T]) -> Vec<T> {
         self.chosen.iter().map(|&i| all[i as usize]).collect()
     }
 }

@@ -1,10 +1,11 @@
 //! A block of dough, tools, and how they move.
 use glam::{DQuat, DVec2, DVec3};
 use indexmap::IndexMap;
+use pliant::data::random_action;
 use pliant::state::{Control, Part, Pose, Solid, ToolShape};
-use pliant::tool::{Motion, Tool, ToolSpec, Workpiece};
+use pliant::tool::{Motion, Tool, ToolSpec};
 use pliant::world::{BlockSpec, DoughSpec, Filling, MaterialSpec, SceneSpec, SolverSpec, StartSpec, World};
-use rand::{Rng, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -132,8 +133,5 @@ pub(crate) fn shipped_tool(name: &str) -> Box<dyn Tool> {
 
 /// A uniformly random action of `tool` on the dough.
 pub(crate) fn random_motion(world: &World, tool: &dyn Tool, rng: &mut ChaCha8Rng) -> Motion {
-    let piece = Workpiece::around(&world.particles());
-    let space = tool.space(&piece);
-    let theta = space.at(&(0..space.dimension()).map(|_| rng.random()).collect::<Vec<f64>>());
-    tool.motion(&theta, &piece, 15)
+    random_action(tool, &world.particles(), 15, rng).1
 }

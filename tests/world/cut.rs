@@ -1,7 +1,7 @@
 //! Dough that is cut: what comes apart, what stays whole, and that nothing is lost.
 use crate::bench::*;
 use glam::{DQuat, DVec3};
-use pliant::state::{Pose, Solid, ToolShape};
+use pliant::state::{Solid, ToolShape};
 use pliant::tool::{Tool, Workpiece};
 use pliant::world::World;
 use std::collections::BTreeMap;
@@ -106,13 +106,9 @@ fn a_notch_and_a_blunt_blade_leave_one_body() {
         let knife = shipped_tool("knife");
         Arc::new(ToolShape { parts: knife.shape().parts.clone(), cuts })
     };
-    let down_to = |z: f64| {
-        let pose = |z: f64| vec![Pose { translation: DVec3::new(0.0, 0.0, z + 0.03), rotation: DQuat::IDENTITY }];
-        path(&[(0, pose(0.04)), (9, pose(z)), (15, pose(0.04))])
-    };
     for (tool, lowest, count) in [(blade(true), 0.015, 1), (blade(false), 0.001, 1), (blade(true), 0.001, 2)] {
         let mut world = World::new(&spec(), 1).unwrap();
-        world.execute(&tool, &down_to(lowest));
+        world.execute(&tool, &down_to(lowest, 0.03));
         assert_eq!(bodies(&world).len(), count, "down to {lowest} m");
     }
 }
