@@ -1,14 +1,14 @@
 //! Claim: a thousand random actions of all tools leave every kind of material whole (and two hundred every other preset): nothing
 //! explodes, nothing falls through the table, and what leaves the workspace is counted.
 //!
-//! Command: `cargo run --release --bin experiments -- endurance`, about 20 minutes. Table: `paper/tables/endurance.tex`.
+//! Command: `cargo run --release --bin experiments -- endurance`, about 45 minutes. Table: `paper/tables/endurance.tex`.
 use crate::claim::{Experiment, Rows, Size, number};
 use anyhow::ensure;
 use pliant::config;
 use pliant::data::{DatasetSpec, random_action};
 use pliant::state::stream;
 use pliant::table::Grid;
-use pliant::tool::Tool;
+use pliant::tool::{Tool, ToolSpec};
 use pliant::watch::Watch;
 use pliant::world::{SceneSpec, World};
 use rand::Rng;
@@ -20,7 +20,7 @@ use std::time::Instant;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "endurance",
     claim: "a thousand random actions a kind of material: nothing explodes, falls through the table or leaves uncounted",
-    duration: "about 20 minutes",
+    duration: "about 45 minutes",
     rows: Rows::Measured(measure),
     table,
 };
@@ -60,7 +60,8 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
         let own = [format!("scene={scene}"), format!("scene.material={material}"), tools];
         let changes: Vec<String> = own.into_iter().chain(changes.iter().map(|c| (*c).to_owned())).collect();
         let spec = config::load::<DatasetSpec>("configs/dataset/dough.toml".as_ref(), &changes)?.spec;
-        let tools = spec.tool.values().map(|tool| tool.clone().build()).collect::<anyhow::Result<Vec<_>>>()?;
+        let built = |(name, tool): (&String, &ToolSpec)| Ok((name.clone(), tool.clone().build()?));
+        let tools = spec.tool.iter().map(built).collect::<anyhow::Result<Vec<_>>>()?;
         let bar = watch.stage(material, episodes);
         let clock = Instant::now();
         let worked = (0..episodes).into_par_iter().map(|k| {
@@ -73,7 +74,8 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
         bar.finish_and_clear();
         ensure!(all.actions > 0, "{material}: no action was executed");
         rows.push(json!({ "material": material, "scene": scene, "tools": tools.len(), "actions": all.actions,
-            "not_finite": all.not_finite, "lowest": all.lowest, "least": least, "fastest": all.fastest, "left": all.left,
+            "not_finite": all.not_finite, "lowest": all.lowest.0, "lowest_by": all.lowest.1, "least": least,
+            "fastest": all.fastest.0, "fastest_by": all.fastest.1, "left": all.left,
             "particles": all.particles, "least_volume": all.volume[0], "greatest_volume": all.volume[1],
             "seconds": clock.elapsed().as_secs_f64() }));
     }
@@ -88,8 +90,10 @@ struct Marks {
     not_finite: usize,
     /// Particles that were outside of the workspace at an episode's end.
     left: usize,
-    lowest: f64,
-    fastest: f64,
+    /// The least height of a particle, and the tool then in hand.
+    lowest: (f64, String),
+    /// The greatest speed of a particle, and the tool then in hand.
+    fastest: (f64, String),
     /// Least and greatest share of the volume, at rest after an action.
     volume: [f64; 2],
 }
@@ -97,18 +101,19 @@ struct Marks {
 impl Default for Marks {
     fn default() -> Self {
         let volume = [f64::INFINITY, f64::NEG_INFINITY];
-        Self { actions: 0, particles: 0, not_finite: 0, left: 0, lowest: f64::INFINITY, fastest: 0.0, volume }
+        let (lowest, fastest) = ((f64::INFINITY, String::new()), (0.0, String::new()));
+        Self { actions: 0, particles: 0, not_finite: 0, left: 0, lowest, fastest, volume }
     }
 }
 
 impl Marks {
-    fn of(scene: &SceneSpec, tools: &[Box<dyn Tool>], episode: u64) -> anyhow::Result<Self> {
+    fn of(scene: &SceneSpec, tools: &[(String, Box<dyn Tool>)], episode: u64) -> anyhow::Result<Self> {
         let mut rng = stream(1, &[u64::from_le_bytes(*b"enduranc"), episode]);
         let mut world = World::new(scene, rng.random())?;
         let volume = world.volume();
         let mut marks = Self { particles: world.particles().len(), ..Self::default() };
         for action in 0..ACTIONS {
-            let tool = &tools[(episode as usize * ACTIONS + action) % tools.len()];
+            let (name, tool) = &tools[(episode as usize * ACTIONS + action) % tools.len()];
             let (_, motion) = random_action(tool.as_ref(), &world.particles(), STEPS, &mut rng);
             let rollout = world.execute(tool.shape(), &motion);
             marks.actions += 1;
@@ -117,8 +122,10 @@ impl Marks {
                 return Ok(marks);
             }
             for state in &rollout {
-                marks.lowest = state.positions.iter().map(|p| p.z).fold(marks.lowest, f64::min);
-                marks.fastest = state.velocities.iter().map(|v| v.length()).fold(marks.fastest, f64::max);
+                let lowest = state.positions.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+                let fastest = state.velocities.iter().map(|v| v.length()).fold(0.0, f64::max);
+                marks.lowest = lower(marks.lowest, (lowest, name.clone()));
+                marks.fastest = higher(marks.fastest, (fastest, name.clone()));
             }
             let kept = world.volume() / volume;
             marks.volume = [marks.volume[0].min(kept), marks.volume[1].max(kept)];
@@ -134,11 +141,19 @@ impl Marks {
             particles: self.particles + other.particles,
             not_finite: self.not_finite + other.not_finite,
             left: self.left + other.left,
-            lowest: self.lowest.min(other.lowest),
-            fastest: self.fastest.max(other.fastest),
+            lowest: lower(self.lowest, other.lowest),
+            fastest: higher(self.fastest, other.fastest),
             volume: [self.volume[0].min(other.volume[0]), self.volume[1].max(other.volume[1])],
         }
     }
+}
+
+fn lower<T>(a: (f64, T), b: (f64, T)) -> (f64, T) {
+    if b.0 < a.0 { b } else { a }
+}
+
+fn higher<T>(a: (f64, T), b: (f64, T)) -> (f64, T) {
+    if b.0 > a.0 { b } else { a }
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
@@ -151,7 +166,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let mut cells = vec![row["material"].as_str().unwrap_or("–").to_owned()];
         cells.extend(["actions", "not_finite"].map(|key| format!("{}", number(row, key))));
         cells.extend(["lowest", "least"].map(|key| format!("{:.2}", 1e3 * number(row, key))));
-        cells.push(format!("{:.2}", number(row, "fastest")));
+        let by = row["fastest_by"].as_str().map_or(String::new(), |tool| format!(" ({tool})"));
+        cells.push(format!("{:.2}{by}", number(row, "fastest")));
         cells.push(format!("{} of {}", number(row, "left"), number(row, "particles")));
         cells.push(format!("{:.3} … {:.3}", number(row, "least_volume"), number(row, "greatest_volume")));
         cells.push(if whole(row) { "yes" } else { "no" }.into());

@@ -1,10 +1,13 @@
 //! Rigid bodies of the engine, each with the particles that ride on it.
 use super::material::{self, Substance};
-use super::scale::{LENGTH, inward, outward};
+use super::scale::{LENGTH, inward, length, outward};
 use glam::DVec3;
-use rapier3d::math::{Pose, Real, Vector};
+use rapier3d::math::{Real, Vector};
 use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
+
+/// Deepest that a body may be in the table \[m\]; resting bodies are a quarter of it deep at most.
+const SUNK: f64 = 2e-4;
 
 /// Rigid bodies in a fixed order.
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -21,9 +24,15 @@ impl Bodies {
         Self { each: Vec::new(), density }
     }
 
-    /// Puts a body into the engine; `points` are its particles in its own frame in engine units.
-    pub(super) fn add(&mut self, physics: &mut PhysicsWorld, pose: Pose, shape: ColliderBuilder, points: Vec<Vector>) {
-        let body = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false);
+    /// Puts a dynamic `body` into the engine; `points` are its particles in its own frame in engine units.
+    pub(super) fn add(
+        &mut self,
+        physics: &mut PhysicsWorld,
+        body: RigidBodyBuilder,
+        shape: ColliderBuilder,
+        points: Vec<Vector>,
+    ) {
+        let body = body.can_sleep(false);
         self.each.push((physics.insert(body, shape.density(self.density as Real)).0, points));
     }
 }
@@ -63,6 +72,21 @@ impl Substance for Bodies {
         for (body, _) in &self.each {
             let body = &mut physics.bodies[*body];
             body.set_linvel(body.linvel() + inward(velocity), true);
+        }
+    }
+
+    /// Contacts give way to a tool whose path is given, so that a body between it and the table would be driven through the table:
+    /// one that is deeper in it than [`SUNK`] is put back onto it.
+    fn mend(&mut self, physics: &mut PhysicsWorld, _: &[RigidBodyHandle]) {
+        for (handle, _) in &self.each {
+            let body = &mut physics.bodies[*handle];
+            let lowest = body.colliders().iter().map(|&c| physics.colliders[c].compute_aabb().mins.z);
+            let lowest = lowest.fold(Real::INFINITY, Real::min);
+            if lowest < -length(SUNK) {
+                body.set_translation(body.translation() - lowest * Vector::Z, true);
+                let velocity = body.linvel();
+                body.set_linvel(velocity.with_z(velocity.z.max(0.0)), true);
+            }
         }
     }
 }

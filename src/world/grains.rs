@@ -1,7 +1,7 @@
 //! Granular material: loose rigid grains, one particle each.
 use super::SceneSpec;
 use super::bodies::{self, Bodies};
-use super::material::{Filling, Material, Matter};
+use super::material::{self, Filling, Material, Matter};
 use super::scale::{inward, length};
 use anyhow::{Context, ensure};
 use glam::{DQuat, DVec3};
@@ -28,6 +28,9 @@ pub struct GrainsSpec {
     /// Newton's coefficient of restitution.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub restitution: f64,
+    /// Rate at which a grain loses its spin \[1/s\], as by rolling resistance: a ball that rolls slows down as v' = −(2/7) rate v.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub rolling: f64,
 }
 
 /// The shape of a grain; pairs are ranges that every grain is drawn from.
@@ -119,6 +122,7 @@ impl GrainsSpec {
             ensure!((6..=64).contains(&corners), "material.grain.corners is {corners}; it must lie in [6, 64]");
         }
         bodies::check(self.density, self.friction, self.restitution)?;
+        material::check(&[("rolling", self.rolling, 0.0, 1e3)])?;
         Ok(self)
     }
 }
@@ -156,7 +160,8 @@ impl Material for GrainsSpec {
             let collider = collider.friction(self.friction as Real).restitution(self.restitution as Real);
             // The particle is the grain's centre of mass, which a hull of random points has off its origin.
             let middle = collider.shape.mass_properties(1.0).local_com;
-            bodies.add(physics, EnginePose::from_parts(inward(at), rotation), collider, vec![middle]);
+            let body = RigidBodyBuilder::dynamic().pose(EnginePose::from_parts(inward(at), rotation));
+            bodies.add(physics, body.angular_damping(self.rolling as Real), collider, vec![middle]);
         }
         Ok(Matter::Bodies(bodies))
     }

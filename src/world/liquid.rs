@@ -40,6 +40,8 @@ const RELAXATION: f64 = 0.01;
 const MARGIN: f64 = 1.1;
 /// Particles keep this many spacings from solids, whatever the pressure.
 const CLEARANCE: f64 = 0.2;
+/// The most that pressure accelerates a particle beyond the speed of what is near it, in gravities.
+const HARDEST: f64 = 1.0;
 
 /// A solid near a particle, as the plane through its nearest point.
 struct Plane {
@@ -87,8 +89,16 @@ impl Liquid {
             }
         }
         let parents: Vec<_> = solids.iter().map(|(parent, _)| *parent).collect();
-        for (v, (x, from)) in self.velocities.iter_mut().zip(self.positions.iter().zip(&before)) {
-            *v = (*x - *from) / dt;
+        // Between walls nearer to each other than particles fit no correction is right, and the particles would be shot out.
+        let carried = |plane: &Plane, x: DVec3| {
+            let body = parents[plane.solid].map(|handle| &physics.bodies[handle]);
+            body.map_or(0.0, |body| outward(body.velocity_at_point(inward(x))).length())
+        };
+        let free: Vec<f64> = self.velocities.iter().map(|v| v.length()).collect();
+        for (i, (v, (x, from))) in self.velocities.iter_mut().zip(self.positions.iter().zip(&before)).enumerate() {
+            let near =
+                neighbours.of(i).iter().map(|&j| free[j]).chain(planes[i].iter().map(|plane| carried(plane, *x)));
+            *v = ((*x - *from) / dt).clamp_length_max(near.fold(free[i], f64::max) + HARDEST * GRAVITY * dt);
         }
         self.smooth(&kernel, &neighbours);
         for (parent, (push, turn)) in parents.into_iter().zip(impulses) {

@@ -5,7 +5,6 @@ use super::material::{Filling, Material, Matter};
 use super::scale::inward;
 use anyhow::Context;
 use rand_chacha::ChaCha8Rng;
-use rapier3d::math::Pose as EnginePose;
 use rapier3d::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -49,7 +48,7 @@ impl Material for RigidSpec {
         let collider = ColliderBuilder::convex_hull(&points).context("the region is too flat for a rigid piece")?;
         let mut bodies = Bodies::of(self.density);
         let collider = collider.friction(self.friction as Real).restitution(self.restitution as Real);
-        bodies.add(physics, EnginePose::IDENTITY, collider, points);
+        bodies.add(physics, RigidBodyBuilder::dynamic(), collider, points);
         Ok(Matter::Bodies(bodies))
     }
 

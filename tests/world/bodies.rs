@@ -19,7 +19,7 @@ fn rigid(friction: f64, restitution: f64) -> SceneSpec {
 }
 
 fn grains(grain: GrainSpec, count: usize, friction: f64) -> SceneSpec {
-    finely(MaterialSpec::Grains(GrainsSpec { grain, density: 1100.0, friction, restitution: 0.1 }), count)
+    finely(MaterialSpec::Grains(GrainsSpec { grain, density: 1100.0, friction, restitution: 0.1, rolling: 0.0 }), count)
 }
 
 /// What the scene is made of, filling a box in the middle of the table, `raised` above it and not yet settled.
@@ -72,10 +72,48 @@ fn a_puck_slides_as_far_as_its_friction_lets_it() {
 }
 
 #[test]
+fn a_rolling_ball_slows_down_as_its_spin_is_damped() {
+    // m v' = −F and (2/5) m r² ω' = F r − rate (2/5) m r² ω with v = ω r: v' = −(2/7) rate v.
+    let grain = GrainSpec::Ball { radius: [0.01; 2] };
+    for rolling in [0.0, 3.0, 7.0] {
+        let material = GrainsSpec { grain: grain.clone(), density: 1000.0, friction: 0.8, restitution: 0.0, rolling };
+        let mut world = dropped(&finely(MaterialSpec::Grains(material), 1), DVec3::splat(0.0105), 0.0);
+        (0..10).for_each(|_| world.step(&Control::default()));
+        world.kick(0.5 * DVec3::X);
+        (0..6).for_each(|_| world.step(&Control::default()));
+        let mut speed = |steps: usize| {
+            (0..steps).for_each(|_| world.step(&Control::default()));
+            world.particles().velocities[0].x
+        };
+        let (early, late) = (speed(1), speed(10));
+        let expected = (-2.0 / 7.0 * rolling * 10.0 * 0.05).exp();
+        assert!((late / early - expected).abs() < 0.02, "{early} to {late} m/s: {expected} expected of rate {rolling}");
+    }
+}
+
+#[test]
+fn a_body_pressed_onto_the_table_is_not_driven_through_it() {
+    let wood = rigid(0.4, 0.0);
+    let ball = grains(GrainSpec::Ball { radius: [0.008; 2] }, 1, 0.4);
+    for spec in [wood, ball] {
+        let mut world = dropped(&spec, DVec3::new(0.02, 0.02, 0.0105), 0.0);
+        (0..10).for_each(|_| world.step(&Control::default()));
+        let rest = lowest(&world.all_positions());
+        let press = |height: f64| vec![at(0.0, 0.0, height + 0.01)];
+        world.take(&plate(), &press(0.03));
+        for step in 1..=20 {
+            world.step(&Control { poses: press(0.03 - 0.029 * f64::from(step) / 20.0) });
+            let now = lowest(&world.all_positions());
+            assert!(now > rest - 3e-4, "{} mm lower than at rest", 1e3 * (rest - now));
+        }
+    }
+}
+
+#[test]
 fn a_ball_bounces_to_the_square_of_its_restitution() {
     let ball = GrainSpec::Ball { radius: [0.01; 2] };
     for restitution in [0.0, 0.5, 0.8] {
-        let material = GrainsSpec { grain: ball.clone(), density: 1000.0, friction: 0.5, restitution };
+        let material = GrainsSpec { grain: ball.clone(), density: 1000.0, friction: 0.5, restitution, rolling: 0.0 };
         let spec = SceneSpec { interval: 0.005, ..finely(MaterialSpec::Grains(material), 1) };
         let mut world = dropped(&spec, DVec3::splat(0.0105), 0.2);
         let height = |world: &World| world.all_positions()[0].z - 0.01;
