@@ -115,7 +115,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{CuboidSpec, Shape, ShapeSpec};
+    use crate::shape::{CuboidSpec, ShapeSpec};
     use crate::state::stream;
 
     fn iou(a: &[DVec3], b: &[DVec3]) -> f64 {
