@@ -12,6 +12,7 @@ mod closed_loop;
 mod edge_types;
 mod endurance;
 mod hybrid;
+mod metrics;
 mod peer;
 mod quickstart;
 mod speed;
@@ -26,6 +27,7 @@ const EXPERIMENTS: &[Experiment] = &[
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
+    metrics::CLAIM,
 ];
 
 /// The claims of the paper.

@@ -32,7 +32,7 @@
 //! | [`graph`] | typed edges between particles, tool and floor |
 //! | [`model`] | world models: laws, written or learned, and their exact gradients |
 //! | [`data`] | episodes on disk |
-//! | [`metric`] | distances between shapes, and the costs made of them |
+//! | [`metric`] | distances between shapes, what they share, and the costs made of them |
 //! | [`train`] | one loop for everything learned, identification for everything written |
 //! | [`planner`] | searches over a box; they see a cost, never a particle |
 //! | [`problem`] | model, tool, scene and goal as that cost, with a counted budget |

@@ -38,7 +38,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("dfdx", &["src/model/net/", "src/train/"]),
     ("parry3d", &["src/state/", "src/shape/", "src/world/"]),
     ("gemm", &["src/model/net/"]),
-    ("nalgebra", &["src/planner/"]),
+    ("nalgebra", &["src/metric/", "src/planner/"]),
     ("cmaes", &["src/train/"]),
     ("lsap", &["src/metric/"]),
     ("hdf5_pure", &["src/data/export/"]),

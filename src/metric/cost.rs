@@ -9,7 +9,8 @@ use glam::DVec3;
 pub trait ShapeLoss: Send + Sync {
     /// The distance \[m\]; `∞` when a coordinate is not finite or a cloud is empty.
     fn value(&self, points: &[DVec3], goal: &[DVec3]) -> f64;
-    /// `∂value/∂points`, exact wherever the nearest neighbours or the assignment are unique; a point on its goal adds zero.
+    /// `∂value/∂points`, exact wherever the nearest neighbours or the assignment are unique (of what iterates, to its tolerance); a
+    /// point on its goal adds zero.
     fn gradient(&self, points: &[DVec3], goal: &[DVec3]) -> Vec<DVec3>;
 }
 
@@ -19,6 +20,8 @@ family! {
         Chamfer(super::ChamferSpec),
         Emd(super::EmdSpec),
         Weighted(super::WeightedSpec),
+        Sinkhorn(super::SinkhornSpec),
+        Aligned(super::AlignedSpec),
     }
 }
 
@@ -61,19 +64,31 @@ mod tests {
 
     fn specs() -> Vec<CostSpec> {
         let read = |text: &str| toml_edit::de::from_str(text).unwrap();
-        ["kind = 'chamfer'", "kind = 'emd'", "kind = 'weighted'\nchamfer = 0.5\nemd = 0.5"].map(read).to_vec()
+        let weighted = "kind = 'weighted'\nchamfer = 0.5\nemd = 0.5";
+        let sinkhorn = "kind = 'sinkhorn'\nepsilon = 0.1\ntolerance = 1e-10";
+        let aligned = "kind = 'aligned'\nof = { kind = 'chamfer' }";
+        let free = "kind = 'aligned'\nof = { kind = 'chamfer' }\nfreedom = 'full'";
+        ["kind = 'chamfer'", "kind = 'emd'", weighted, sinkhorn, aligned, free].map(read).to_vec()
     }
 
     #[test]
     fn gradients_agree_with_central_differences() {
         for (goal, spec) in [20, 12].into_iter().flat_map(|m| specs().into_iter().map(move |s| (cloud(m, 2), s))) {
+            // Between unequal clouds the earth mover's distance iterates to 1e-4 of the mass; a point has 1/20.
+            let iterated = goal.len() != 20 && matches!(spec, CostSpec::Emd(_) | CostSpec::Weighted(_));
+            let tolerance = match spec {
+                _ if iterated => 5e-4 / 20.0,
+                // What the search for the motion leaves.
+                CostSpec::Aligned(_) => 1e-5,
+                _ => 1e-7,
+            };
             let cost = GoalCost::new(spec.clone().build().unwrap(), goal).unwrap();
             let mut start = Particles::at_rest(cloud(20, 1));
             let gradient = cost.gradient(3, 3, &start);
             assert!(gradient.velocities.iter().all(|v| *v == DVec3::ZERO));
             for i in 0..start.len() {
                 for axis in 0..3 {
-                    let h = 1e-7;
+                    let h = 1e-6;
                     let mut at = |h: f64| {
                         let before = start.positions[i][axis];
                         start.positions[i][axis] += h;
@@ -83,7 +98,7 @@ mod tests {
                     };
                     let expected = (at(h) - at(-h)) / (2.0 * h);
                     let found = gradient.positions[i][axis];
-                    assert!((found - expected).abs() < 1e-7, "{spec:?} {i} {axis}: {found} against {expected}");
+                    assert!((found - expected).abs() < tolerance, "{spec:?} {i} {axis}: {found} against {expected}");
                 }
             }
         }
@@ -93,13 +108,15 @@ mod tests {
     fn only_the_last_step_costs_and_the_goal_itself_costs_nothing() {
         let goal = cloud(10, 3);
         for spec in specs() {
-            let cost = GoalCost::new(spec.build().unwrap(), goal.clone()).unwrap();
+            let cost = GoalCost::new(spec.clone().build().unwrap(), goal.clone()).unwrap();
             let away = Particles::at_rest(cloud(10, 4));
             assert_eq!(cost.at(2, 3, &away), 0.0);
             assert_eq!(cost.gradient(2, 3, &away), ParticlesGrad::zero(10));
             let there = Particles::at_rest(goal.clone());
-            assert_eq!(cost.at(3, 3, &there), 0.0);
-            assert_eq!(cost.gradient(3, 3, &there), ParticlesGrad::zero(10));
+            // An iteration ends a little beside zero.
+            let gradient = cost.gradient(3, 3, &there);
+            let most = gradient.positions.iter().map(|g| g.length()).fold(0.0, f64::max);
+            assert!(cost.at(3, 3, &there) < 1e-12 && most < 1e-10, "{spec:?}: {} and {most}", cost.at(3, 3, &there));
         }
     }
 

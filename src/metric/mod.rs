@@ -1,30 +1,57 @@
 //! Numbers that compare an achieved shape with a goal, and the costs that pull a rollout toward one.
 use glam::DVec3;
 
+mod alignment;
 mod assignment;
 mod chamfer;
 mod cost;
+mod coverage;
 mod emd;
+mod gibbs;
+mod iou;
+mod morton;
 mod nearest;
+mod registration;
+mod rigid;
 mod rmse;
+mod sinkhorn;
+mod softmin;
+mod transport;
 mod weighted;
 
-pub use assignment::EMD_LIMIT;
+pub use alignment::{Aligned, AlignedMetric, AlignedSpec};
 pub use chamfer::{Chamfer, ChamferSpec};
 pub use cost::{CostSpec, GoalCost, ShapeLoss};
-pub use emd::{Emd, EmdSpec};
+pub use coverage::{Coverage, Inside};
+pub use emd::{EMD_LIMIT, Emd, EmdSpec};
+pub use iou::Iou;
+pub use rigid::{Freedom, Rigid};
 pub use rmse::MatchedRmse;
+pub use sinkhorn::{Entropic, Sinkhorn, SinkhornSpec};
 pub use weighted::{Weighted, WeightedSpec};
 
 /// A scalar on two point clouds \[m\], or on two matched particle lists.
 pub trait Metric: Sync {
     /// Column title.
     fn name(&self) -> &'static str;
-    /// Unit, for the table.
+    /// Unit, for the table: `m`, or nothing for a share in \[0, 1\].
     fn unit(&self) -> &'static str;
-    /// The number; `∞` when a coordinate is not finite, `None` where the metric is not defined for these clouds (one is
-    /// empty, or no correspondence).
+    /// Which of two numbers is better; the lower, unless the metric says otherwise.
+    fn better(&self) -> Better {
+        Better::Lower
+    }
+    /// The number; the worst there is (`∞` of a distance, 0 of a share) when a coordinate is not finite, `None` where the metric is
+    /// not defined for these clouds (one is empty, or no correspondence).
     fn evaluate(&self, achieved: &[DVec3], goal: &[DVec3], matched: Matching) -> Option<f64>;
+}
+
+/// The direction in which a metric improves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Better {
+    /// Distances: 0 is perfect.
+    Lower,
+    /// Shares: 1 is perfect.
+    Higher,
 }
 
 /// Whether row i of one cloud is the same particle as row i of the other.
@@ -37,7 +64,8 @@ pub enum Matching {
 }
 
 /// Every metric, in the order of the tables' columns.
-pub static METRICS: &[&dyn Metric] = &[&Chamfer, &Emd, &MatchedRmse];
+pub static METRICS: &[&dyn Metric] =
+    &[&Chamfer, &Emd, &MatchedRmse, &Iou { voxel: None }, &Coverage { radius: None }, &Inside { radius: None }];
 
 /// What `metric` says of two samplings of the same shape: about what a perfect model would score against a goal that is a
 /// sampling itself.
@@ -67,7 +95,7 @@ mod tests {
         let (a, b) = (cloud(60, 1), cloud(60, 2));
         let shift = DVec3::new(0.03, -0.04, 0.12);
         let moved: Vec<DVec3> = a.iter().map(|p| *p + shift).collect();
-        for metric in METRICS {
+        for metric in METRICS.iter().filter(|m| m.better() == Better::Lower) {
             let on = |x: &[DVec3], y: &[DVec3]| metric.evaluate(x, y, Matching::Matched).unwrap();
             assert_eq!(on(&a, &a), 0.0, "{}", metric.name());
             assert!((on(&a, &b) - on(&b, &a)).abs() < 1e-14, "{}", metric.name());
@@ -78,6 +106,21 @@ mod tests {
         }
         let emd = Emd.evaluate(&a, &moved, Matching::Unmatched).unwrap();
         assert!((emd - shift.length()).abs() < 1e-12, "a translation is its own optimal transport: {emd}");
+    }
+
+    #[test]
+    fn every_share_is_one_on_itself_and_nothing_far_away() {
+        let a = cloud(60, 1);
+        let away: Vec<DVec3> = a.iter().map(|p| *p + DVec3::X * 9.0).collect();
+        for metric in METRICS.iter().filter(|m| m.better() == Better::Higher) {
+            assert_eq!(
+                (metric.unit(), metric.evaluate(&a, &a, Matching::Unmatched)),
+                ("", Some(1.0)),
+                "{}",
+                metric.name()
+            );
+            assert_eq!(metric.evaluate(&away, &a, Matching::Unmatched), Some(0.0), "{}", metric.name());
+        }
     }
 
     #[test]
@@ -93,12 +136,13 @@ mod tests {
     #[test]
     fn clouds_that_are_not_finite_are_infinitely_far_and_empty_ones_have_no_distance() {
         let good = cloud(9, 3);
-        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for (bad, axis) in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY].into_iter().zip(0..) {
             let mut broken = good.clone();
-            broken[4].y = bad;
+            broken[4][axis] = bad;
             for metric in METRICS {
-                assert_eq!(metric.evaluate(&broken, &good, Matching::Matched), Some(f64::INFINITY));
-                assert_eq!(metric.evaluate(&good, &broken, Matching::Matched), Some(f64::INFINITY));
+                let worst = if metric.better() == Better::Lower { f64::INFINITY } else { 0.0 };
+                assert_eq!(metric.evaluate(&broken, &good, Matching::Matched), Some(worst), "{}", metric.name());
+                assert_eq!(metric.evaluate(&good, &broken, Matching::Matched), Some(worst), "{}", metric.name());
             }
         }
         for metric in METRICS {

@@ -41,9 +41,18 @@ impl Interval {
 
     /// An interval of lengths \[m\] as millimetres for a table: `mean ± half`, the mean alone for one number, a dash for none.
     pub fn millimetres(interval: Option<Self>) -> String {
+        Self::scaled(interval, 1e3)
+    }
+
+    /// An interval of shares for a table, likewise.
+    pub fn shares(interval: Option<Self>) -> String {
+        Self::scaled(interval, 1.0)
+    }
+
+    fn scaled(interval: Option<Self>, scale: f64) -> String {
         match interval {
-            Some(i) if i.half.is_finite() => format!("{:.2} ± {:.2}", 1e3 * i.mean, 1e3 * i.half).replace('-', "−"),
-            Some(i) => format!("{:.2}", 1e3 * i.mean).replace('-', "−"),
+            Some(i) if i.half.is_finite() => format!("{:.2} ± {:.2}", scale * i.mean, scale * i.half).replace('-', "−"),
+            Some(i) => format!("{:.2}", scale * i.mean).replace('-', "−"),
             None => "–".to_owned(),
         }
     }

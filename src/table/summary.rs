@@ -3,12 +3,34 @@ use super::paired::paired;
 use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
-use crate::metric::METRICS;
+use crate::metric::{Better, METRICS, Metric};
 use indexmap::{IndexMap, IndexSet};
 
-fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> String {
-    Interval::millimetres(Interval::over_seeds(rows.iter().filter_map(|row| Some((row.seed, read(row)?)))))
+fn interval<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> Option<Interval> {
+    Interval::over_seeds(rows.iter().filter_map(|row| Some((row.seed, read(row)?))))
 }
+
+fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> String {
+    Interval::millimetres(interval(rows, read))
+}
+
+/// The metrics that any row knows of: rows made before a metric was there have no column of it.
+fn known(rows: &[Row]) -> Vec<&'static dyn Metric> {
+    METRICS.iter().copied().filter(|m| rows.iter().any(|row| row.metrics.contains_key(m.name()))).collect()
+}
+
+/// Title of a metric's column: lengths \[m\] are printed as millimetres, shares as they are.
+fn title(metric: &dyn Metric) -> String {
+    if metric.unit() == "m" { format!("{} [mm]", metric.name()) } else { metric.name().to_owned() }
+}
+
+/// A metric's cell, of numbers by metric's name.
+fn cell<'a>(metric: &dyn Metric, rows: &[&'a Row], read: impl Fn(&'a Row) -> &'a Numbers) -> String {
+    let found = interval(rows, |row| read(row).get(metric.name()).copied().flatten());
+    if metric.unit() == "m" { Interval::millimetres(found) } else { Interval::shares(found) }
+}
+
+type Numbers = IndexMap<String, Option<f64>>;
 
 /// What `model` achieved with `planner` less what `reference` did.
 fn difference(rows: &[Row], planner: &str, model: &str, reference: &str) -> Option<Interval> {
@@ -26,14 +48,15 @@ pub fn summary(all: &[Row]) -> Grid {
         groups.entry((&row.planner, &row.model)).or_default().push(row);
     }
     let mut header: Vec<String> = ["planner", "model", "planned"].map(String::from).to_vec();
-    header.extend(METRICS.iter().map(|m| format!("{} [mm]", m.name())));
+    let metrics = known(all);
+    header.extend(metrics.iter().map(|m| title(*m)));
     header.extend(["cost [mm]", "predicted−achieved [mm]", "Δ start [mm]"].map(String::from));
     header.extend(REFERENCES.map(|model| format!("Δ {model} [mm]")));
     header.extend(["rollouts", "gradients", "not finite", "seconds"].map(String::from));
     let line = |(&(planner, model), rows): (&(&str, &str), &Vec<&Row>)| {
         let mut cells = vec![planner.to_owned(), model.to_owned()];
         cells.push(format!("{}/{}", rows.iter().filter(|r| r.achieved.is_some()).count(), rows.len()));
-        cells.extend(METRICS.iter().map(|m| column(rows, |r| r.metrics.get(m.name()).copied().flatten())));
+        cells.extend(metrics.iter().map(|m| cell(*m, rows, |r| &r.metrics)));
         cells.push(column(rows, |r| r.achieved));
         cells.push(column(rows, |r| Some(r.predicted? - r.achieved?)));
         cells.push(column(rows, |r| Some(r.achieved? - r.start)));
@@ -48,15 +71,15 @@ pub fn summary(all: &[Row]) -> Grid {
     };
     let mut lines: Vec<Vec<String>> = groups.iter().map(line).collect();
     if all.iter().any(|row| !row.floors.is_empty()) {
-        lines.push(floor_line(all, header.len()));
+        lines.push(floor_line(all, &metrics, header.len()));
     }
     Grid { title: "Comparison".into(), header, rows: lines, notes: notes(all) }
 }
 
-fn floor_line(rows: &[Row], width: usize) -> Vec<String> {
+fn floor_line(rows: &[Row], metrics: &[&dyn Metric], width: usize) -> Vec<String> {
     let rows: Vec<&Row> = rows.iter().collect();
     let mut cells = vec!["".to_owned(), "sampling floor".to_owned(), "".to_owned()];
-    cells.extend(METRICS.iter().map(|m| column(&rows, |r| r.floors.get(m.name()).copied().flatten())));
+    cells.extend(metrics.iter().map(|m| cell(*m, &rows, |r| &r.floors)));
     cells.resize(width, String::new());
     cells
 }
@@ -82,6 +105,10 @@ fn notes(rows: &[Row]) -> Vec<String> {
         let against = |(p, m): (&String, &String)| (format!("{m} ({p})"), difference(rows, p, m, reference));
         notes.push(format!("against {reference}: {}", verdict(others.map(against))));
     }
+    let higher = known(rows).into_iter().filter(|m| m.better() == Better::Higher).map(|m| m.name()).collect::<Vec<_>>();
+    if !higher.is_empty() {
+        notes.push(format!("{}: shares, of which the higher is better", higher.join(", ")));
+    }
     if !floored.is_empty() {
         let floored = floored.into_iter().collect::<Vec<_>>().join(", ");
         notes.push(format!(
@@ -90,4 +117,40 @@ fn notes(rows: &[Row]) -> Vec<String> {
     }
     notes.push(format!("config {}, commit {}", list(&|r| r.fingerprint.clone()), list(&|r| r.commit.clone())));
     notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(metrics: &str) -> Row {
+        let text = format!(
+            r#"{{"model":"m","planner":"p","goal":"g","seed":0,"control":"closed","tools":[],"actions":[],"predicted":0.1,
+            "achieved":0.1,"start":0.2,"one_step":null,"rollout":null,"metrics":{metrics},"floors":{metrics},"rollouts":1,
+            "gradients":0,"not_finite":0,"seconds":0.0,"commit":"","fingerprint":""}}"#
+        );
+        serde_json::from_str(&text).unwrap()
+    }
+
+    fn cell<'a>(grid: &'a Grid, line: usize, title: &str) -> Option<&'a str> {
+        Some(&grid.rows[line][grid.header.iter().position(|t| t == title)?])
+    }
+
+    #[test]
+    fn lengths_are_millimetres_and_shares_are_shares_that_say_which_way_is_better() {
+        let grid = summary(&[row(r#"{"chamfer":0.004,"iou":0.75}"#)]);
+        assert_eq!((cell(&grid, 0, "chamfer [mm]"), cell(&grid, 0, "iou")), (Some("4.00"), Some("0.75")));
+        assert_eq!(cell(&grid, 1, "iou"), Some("0.75"), "the sampling floor has it too");
+        assert!(grid.notes.iter().any(|note| note.starts_with("iou: shares")), "{:?}", grid.notes);
+    }
+
+    #[test]
+    fn rows_of_an_older_metric_table_have_no_column_of_a_newer_metric_and_mixed_ones_a_dash() {
+        let (old, new) = (row(r#"{"chamfer":0.004}"#), Row { model: "n".into(), ..row(r#"{"iou":0.5}"#) });
+        let alone = summary(std::slice::from_ref(&old));
+        assert!(cell(&alone, 0, "iou").is_none() && !alone.notes.iter().any(|note| note.contains("higher")));
+        let mixed = summary(&[old, new]);
+        assert_eq!((cell(&mixed, 0, "iou"), cell(&mixed, 1, "iou")), (Some("–"), Some("0.50")));
+        assert!(mixed.rows.iter().all(|line| line.len() == mixed.header.len()));
+    }
 }
