@@ -47,7 +47,7 @@ impl ShapeLoss for Aligned {
     }
 }
 
-/// A metric after alignment: by [`kabsch`] where rows correspond, else to the least Chamfer distance.
+/// A metric after alignment: by `kabsch` where rows correspond, else to the least Chamfer distance.
 pub struct AlignedMetric<'a> {
     /// The metric.
     pub of: &'a dyn Metric,

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Share of the goal's points that have an achieved point within r: `(1/M) Σⱼ [minᵢ |aᵢ − bⱼ| ≤ r]`, the recall of Knapitsch, Park,
 /// Zhou & Koltun (2017).
 ///
-/// r is [`REACH`] of the goal's spacing (see [`spacing`]) unless it is given: two even samplings of one shape cover each other. A
+/// r is `REACH` of the goal's spacing (see [`spacing`]) unless it is given: two even samplings of one shape cover each other. A
 /// share has no gradient but zero; a planner that should cover a region minimises [`super::Chamfer`], half of which is the mean of
 /// the very distances counted here.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +30,7 @@ pub struct Inside {
 /// The radius within which a point covers, in spacings.
 const REACH: f64 = 1.5;
 
-/// Share of `of` with one of `near` within `radius`, by default [`REACH`] of the goal's spacing.
+/// Share of `of` with one of `near` within `radius`, by default `REACH` of the goal's spacing.
 fn share(of: &[DVec3], near: &[DVec3], goal: &[DVec3], radius: Option<f64>) -> Option<f64> {
     if of.is_empty() || near.is_empty() {
         return None;

@@ -7,8 +7,8 @@ use glam::{DVec3, UVec3};
 ///
 /// A cloud fills the closing of its points (Serra 1982): what is within R of a point and more than R − δ from all that is not. So
 /// neither where inside the shape the points lie nor how many there are matters much, as long as R bridges the gaps between them; δ
-/// is how far the cell that a point stands for reaches beyond it. R is [`REACH`] and δ [`CELL`] of the larger of the two clouds'
-/// spacings (see [`spacing`]), and a voxel an eighth of R unless its side is given. A grid of more than [`MOST`] voxels is made
+/// is how far the cell that a point stands for reaches beyond it. R is `REACH` and δ `CELL` of the larger of the two clouds'
+/// spacings (see [`spacing`]), and a voxel an eighth of R unless its side is given. A grid of more than `MOST` voxels is made
 /// coarser.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Iou {

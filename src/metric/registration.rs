@@ -14,7 +14,7 @@ const THEN: usize = 60;
 const BEST: usize = 4;
 
 /// The motion of `points` toward `goal` that minimises `loss`: iterated closest points from many rotations with the middles laid over
-/// each other, then [`descend`]. `None` when a cloud is empty or not finite.
+/// each other, then `descend`. `None` when a cloud is empty or not finite.
 pub(super) fn register(points: &[DVec3], goal: &[DVec3], freedom: Freedom, loss: &dyn ShapeLoss) -> Option<Rigid> {
     if points.is_empty() || goal.is_empty() || !is_finite(points) || !is_finite(goal) {
         return None;
