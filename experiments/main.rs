@@ -11,6 +11,7 @@ mod claim;
 mod closed_loop;
 mod edge_types;
 mod endurance;
+mod hierarchy;
 mod hybrid;
 mod metrics;
 mod peer;
@@ -24,6 +25,7 @@ const EXPERIMENTS: &[Experiment] = &[
     edge_types::CLAIM,
     hybrid::CLAIM,
     closed_loop::CLAIM,
+    hierarchy::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,

@@ -1,10 +1,11 @@
 //! Edges found through the cell list are those that all pairs give, in the promised order.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec};
+use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Roots, near_kinds};
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
+use std::sync::Arc;
 
 const INTERVAL: f64 = 0.1;
 
@@ -13,11 +14,11 @@ fn connect(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64, kind
     let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
     assert_eq!(policy.reach(), radius);
     let before: Vec<_> = poses.iter().map(|p| Pose { translation: p.translation + DVec3::Z * 0.01, ..*p }).collect();
-    policy.connect(&Particles::at_rest(points.to_vec()), tool, &before, poses, INTERVAL)
+    policy.connect(&Particles::at_rest(points.to_vec()), &Arc::default(), tool, &before, poses, INTERVAL)
 }
 
 fn all_kinds() -> Vec<&'static str> {
-    EDGE_KINDS.iter().map(|k| k.name()).collect()
+    near_kinds().map(|k| k.name()).collect()
 }
 
 fn tool(rng: &mut ChaCha8Rng, parts: usize, samples: usize) -> (ToolShape, Vec<Pose>) {
@@ -113,7 +114,7 @@ fn every_kind_can_be_drawn_alone() {
     let (shape, poses) = tool(&mut rng, 1, 30);
     let points = cloud(&mut rng, 60, 0.02);
     let together = connect(&points, &shape, &poses, 0.03, &all_kinds());
-    for (k, kind) in EDGE_KINDS.iter().enumerate() {
+    for (k, kind) in near_kinds().enumerate() {
         let alone = connect(&points, &shape, &poses, 0.03, &[kind.name()]);
         assert!(!alone.edges[k].is_empty(), "{} is reachable", kind.name());
         assert_eq!(alone.edges[k], together.edges[k]);
@@ -134,4 +135,82 @@ fn tool_samples_move_with_their_part() {
         assert!(nodes.velocities[row].distance(DVec3::Z * -0.01 / INTERVAL) < 1e-12);
     }
     assert_eq!((nodes.parts[0], nodes.parts[nodes.floor()]), (None, None));
+}
+
+/// Particles, and the graph with roots that a policy draws over them.
+fn rooted(points: &[DVec3], counts: &[usize]) -> (Arc<Roots>, Graph) {
+    let edges = ["particle", "leaf_root", "root_root", "root_leaf"];
+    let spec = json!({ "kind": "hierarchy", "radius": 0.02, "edges": edges, "roots": counts });
+    let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
+    let particles = Particles::at_rest(points.to_vec());
+    let roots = Arc::new(policy.roots(&particles));
+    let graph = policy.connect(&particles, &roots, &ToolShape::from(Vec::new()), &[], &[], INTERVAL);
+    (roots, graph)
+}
+
+fn pairs(graph: &Graph, kind: &str) -> Vec<(usize, usize)> {
+    let place = EDGE_KINDS.iter().position(|k| k.name() == kind).unwrap();
+    graph.edges[place].pairs().collect()
+}
+
+#[test]
+fn every_particle_has_one_root_a_level_and_every_root_stands_at_its_mean() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    for (count, counts) in [(60, vec![8]), (200, vec![12, 3]), (3, vec![8]), (1, vec![4, 2]), (40, vec![])] {
+        let points = cloud(&mut rng, count, 0.1);
+        let (roots, graph) = rooted(&points, &counts);
+        let nodes = &graph.nodes;
+        let below = |row: usize| -> Vec<usize> {
+            let mut leaves: Vec<usize> = vec![row];
+            while leaves.iter().any(|&leaf| leaf >= count) {
+                let under = |&leaf: &usize| -> Vec<usize> {
+                    let own =
+                        pairs(&graph, "leaf_root").into_iter().filter(|(to, _)| *to == leaf).map(|(_, from)| from);
+                    if leaf < count { vec![leaf] } else { own.collect() }
+                };
+                leaves = leaves.iter().flat_map(under).collect();
+            }
+            leaves
+        };
+        for level in roots.levels() {
+            assert!(!level.is_empty());
+            let mut all: Vec<usize> = level.clone().flat_map(below).collect();
+            all.sort_unstable();
+            assert_eq!(all, (0..count).collect::<Vec<_>>(), "each particle once under the roots of a level");
+            for root in level.clone() {
+                let leaves = below(root);
+                let mean = leaves.iter().map(|&i| points[i]).sum::<DVec3>() / leaves.len() as f64;
+                assert!(nodes.positions[root].distance(mean) < 1e-15);
+                let own = |p: &DVec3| p.distance_squared(nodes.positions[root]);
+                if level.start == count {
+                    let nearer = level.clone().any(|r| {
+                        leaves.iter().any(|&i| points[i].distance_squared(nodes.positions[r]) < own(&points[i]) - 1e-15)
+                    });
+                    assert!(!nearer, "a particle is nearer to another root's mean than to its own");
+                }
+            }
+            let among = pairs(&graph, "root_root").into_iter().filter(|(to, _)| level.contains(to));
+            assert_eq!(among.count(), level.len() * (level.len() - 1));
+        }
+        let mut up = pairs(&graph, "leaf_root");
+        let mut down: Vec<_> = pairs(&graph, "root_leaf").into_iter().map(|(to, from)| (from, to)).collect();
+        assert!(up.is_sorted() && pairs(&graph, "root_leaf").is_sorted() && pairs(&graph, "root_root").is_sorted());
+        up.sort_unstable();
+        down.sort_unstable();
+        assert_eq!(up, down, "what goes up comes down");
+    }
+}
+
+#[test]
+fn impossible_hierarchies_are_sentences() {
+    let spec = |kind: &str, edges: &[&str], roots: serde_json::Value| {
+        let mut spec = json!({ "kind": kind, "radius": 0.02, "edges": edges });
+        if !roots.is_null() {
+            spec["roots"] = roots;
+        }
+        serde_json::from_value::<GraphSpec>(spec).unwrap().build().map(|_| ()).unwrap_err().to_string()
+    };
+    assert!(spec("radius", &["leaf_root"], json!(null)).contains("hierarchy"));
+    assert!(spec("hierarchy", &["particle"], json!([8, 8])).contains("graph.roots"));
+    assert!(spec("hierarchy", &["particle"], json!([0])).contains("graph.roots"));
 }

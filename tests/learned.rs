@@ -1,12 +1,13 @@
 //! The learned law: exact derivatives through particles, tool poses, twists and weights, and the symmetries it promises.
 use glam::{DQuat, DVec3};
-use pliant::graph::{Graph, GraphSpec};
+use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Roots};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, Rate, View, ViewGrad};
 use pliant::model::net::Sharing;
 use pliant::state::{Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, SurfacePoint, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
+use std::sync::Arc;
 
 const RADIUS: f64 = 0.02;
 const INTERVAL: f64 = 0.1;
@@ -21,6 +22,7 @@ struct Moment {
     tool: ToolShape,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
+    roots: Arc<Roots>,
 }
 
 fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
@@ -50,14 +52,21 @@ impl Moment {
             tool,
             poses: vec![pose(1.0), pose(-1.0)],
             twists: vec![twist(1.0), twist(-1.0)],
+            roots: Arc::default(),
         }
+    }
+
+    /// The same under roots, `counts` of them from level to level.
+    fn rooted(self, counts: &[usize]) -> Self {
+        Self { roots: Arc::new(Roots::over(&self.particles.positions, counts)), ..self }
     }
 
     /// A graph that reaches beyond the law, drawn anew wherever things stand.
     fn graph(&self) -> Graph {
-        let spec = json!({ "kind": "radius", "radius": 1.2 * RADIUS, "edges": ["particle", "tool", "floor"] });
+        let spec =
+            json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
         let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
-        policy.connect(&self.particles, &self.tool, &self.poses, &self.poses, INTERVAL)
+        policy.connect(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL)
     }
 
     fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
@@ -79,12 +88,17 @@ impl Moment {
     }
 }
 
+/// Names of the first `count` kinds of edges; the first three need no roots.
+fn kinds(count: usize) -> Vec<String> {
+    EDGE_KINDS[..count].iter().map(|kind| kind.name().to_owned()).collect()
+}
+
 fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
         width,
         rounds: 2,
         sharing: Sharing::Shared,
-        edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
+        edges: kinds(3),
         radius: RADIUS,
         scale: SCALE,
         frame: FrameSpec::default(),
@@ -95,7 +109,11 @@ fn spec(width: usize) -> LearnedSpec {
 
 /// A law that was shaken out of its zero start.
 fn shaken(frame: FrameSpec) -> Learned {
-    let mut law = LearnedSpec { frame, ..spec(16) }.build().unwrap();
+    shake(LearnedSpec { frame, ..spec(16) })
+}
+
+fn shake(spec: LearnedSpec) -> Learned {
+    let mut law = spec.build().unwrap();
     let mut rng = ChaCha8Rng::seed_from_u64(12);
     let weights: Vec<f32> = law.weights().iter().map(|w| w + rng.random_range(-0.15..0.15)).collect();
     law.set_weights(&weights);
@@ -114,11 +132,20 @@ fn along(h: f64, cost: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn derivatives_agree_with_central_differences_in_every_frame() {
-    [FrameSpec::World, FrameSpec::Tool].into_iter().for_each(derivatives_agree_with_central_differences);
+    for frame in [FrameSpec::World, FrameSpec::Tool] {
+        derivatives_agree_with_central_differences(&shaken(frame), &Moment::random(40));
+    }
 }
 
-fn derivatives_agree_with_central_differences(frame: FrameSpec) {
-    let (law, here) = (shaken(frame), Moment::random(40));
+#[test]
+fn derivatives_through_roots_agree_with_central_differences() {
+    for counts in [&[6][..], &[9, 3]] {
+        let law = shake(LearnedSpec { edges: kinds(6), rounds: 3, ..spec(16) });
+        derivatives_agree_with_central_differences(&law, &Moment::random(40).rooted(counts));
+    }
+}
+
+fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     let at = cotangent(40);
     let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };
     let graph = here.graph();
@@ -149,7 +176,7 @@ fn derivatives_agree_with_central_differences(frame: FrameSpec) {
         along(1e-3, |s| {
             let mut m = here.clone();
             m.particles.positions = moved(&m.particles.positions, d, s * RADIUS);
-            cost(&law, &m)
+            cost(law, &m)
         })
     });
     close("positions", &exact(&grad.particles.positions, RADIUS), &found.collect::<Vec<_>>(), 0.1);
@@ -157,7 +184,7 @@ fn derivatives_agree_with_central_differences(frame: FrameSpec) {
         along(3e-2, |s| {
             let mut m = here.clone();
             m.particles.velocities = moved(&m.particles.velocities, d, s * SCALE / INTERVAL);
-            cost(&law, &m)
+            cost(law, &m)
         })
     });
     close("velocities", &exact(&grad.particles.velocities, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.1);
@@ -182,7 +209,7 @@ fn derivatives_agree_with_central_differences(frame: FrameSpec) {
             found.push(along(h, |s| {
                 let mut m = here.clone();
                 nudge(&mut m, k, s * unit * axis);
-                cost(&law, &m)
+                cost(law, &m)
             }));
         }
         close(name, &exact, &found, 0.01);
@@ -196,7 +223,7 @@ fn derivatives_agree_with_central_differences(frame: FrameSpec) {
         found.push(along(1e-3, |s| {
             let mut law = law.clone();
             law.set_weights(&before.iter().zip(&d).map(|(w, d)| w + s as f32 * d).collect::<Vec<_>>());
-            cost(&law, &here)
+            cost(&law, here)
         }));
     }
     close("weights", &exact, &found, 1.0);
@@ -272,4 +299,27 @@ fn in_the_frame_of_the_tool_a_turn_of_the_scene_turns_the_accelerations() {
     };
     assert!(error(FrameSpec::Tool) < 1e-5, "{}", error(FrameSpec::Tool));
     assert!(error(FrameSpec::World) > 1e-2, "the world's frame has a preferred direction");
+}
+
+#[test]
+fn through_roots_news_crosses_a_body_in_one_step_however_long_it_is() {
+    // Up to the root, across to the other end's, down again: three rounds.
+    for length in [40, 400] {
+        let bar = |push: f64| {
+            let mut m = Moment::random(length);
+            m.tool.parts.clear();
+            m.particles.positions = (0..length).map(|i| DVec3::new(0.01 * i as f64, 0.0, 1.0)).collect();
+            m.particles.velocities = vec![DVec3::ZERO; length];
+            m.particles.velocities[0] = push * DVec3::X;
+            m
+        };
+        let moved = |rounds: usize, edges: usize, counts: &[usize]| {
+            let law = shake(LearnedSpec { edges: kinds(edges), rounds, ..spec(16) });
+            let at = |push: f64| bar(push).rooted(counts).acceleration(&law)[length - 1];
+            at(0.0).distance(at(0.02))
+        };
+        assert!(moved(3, 6, &[8]) > 0.0, "{length} particles: the other end hears of the push");
+        assert_eq!(moved(3, 3, &[]), 0.0, "without roots it is farther than three radii");
+        assert_eq!(moved(2, 6, &[8]), 0.0, "two rounds are too few");
+    }
 }

@@ -4,7 +4,7 @@ use base64::engine::general_purpose::STANDARD_NO_PAD;
 use glam::{DQuat, DVec3, Vec3};
 use pliant::config;
 use pliant::data::{DatasetSpec, Episode};
-use pliant::graph::{EDGE_KINDS, GraphSpec};
+use pliant::graph::{GraphSpec, near_kinds};
 use pliant::state::{Control, Particles, Pose};
 use pliant::view::{Playback, Prediction};
 use serde_json::{Value, json};
@@ -109,7 +109,7 @@ fn the_counts_to_compare_with_are_those_of_the_radius_policy() {
     let (_folder, path) = dataset("press_square");
     let recording = Playback::open(&path).unwrap();
     let told = data(&page(&recording, None));
-    let names: Vec<&str> = EDGE_KINDS.iter().map(|kind| kind.name()).collect();
+    let names: Vec<&str> = near_kinds().map(|kind| kind.name()).collect();
     assert_eq!(told["graph"]["kinds"], json!(names));
     let counts = told["graph"]["counts"].as_array().unwrap();
     assert!(counts.len() >= 4);
@@ -120,7 +120,14 @@ fn the_counts_to_compare_with_are_those_of_the_radius_policy() {
         let t = count["frame"].as_u64().unwrap() as usize;
         let (episode, shape) = (&recording.episode, recording.shape.as_ref().unwrap());
         let poses = episode.poses(t);
-        let graph = policy.build().unwrap().connect(&episode.states[t], shape, poses, poses, episode.interval);
+        let graph = policy.build().unwrap().connect(
+            &episode.states[t],
+            &Default::default(),
+            shape,
+            poses,
+            poses,
+            episode.interval,
+        );
         let edges: Vec<usize> = graph.edges.iter().map(|set| set.len()).collect();
         assert_eq!(count["edges"], json!(edges), "frame {t}");
         total.iter_mut().zip(edges).for_each(|(sum, n)| *sum += n);

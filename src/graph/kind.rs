@@ -7,14 +7,36 @@ pub trait EdgeKind: Sync {
     fn name(&self) -> &'static str;
     /// Its edges into every particle within `radius` \[m\]; `cells` indexes `nodes.positions`.
     fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet;
+    /// How its messages fade with distance.
+    fn window(&self) -> Window {
+        Window::Fading
+    }
+}
+
+/// How messages fade with distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Window {
+    /// To zero at the graph's radius.
+    Fading,
+    /// Not at all: whom the edge joins does not depend on where they are.
+    Open,
 }
 
 /// Every edge kind, in the order of [`super::Graph::edges`].
-pub static EDGE_KINDS: &[&dyn EdgeKind] = &[&ParticleToParticle, &ToolToParticle, &FloorToParticle];
+pub static EDGE_KINDS: &[&dyn EdgeKind] =
+    &[&ParticleToParticle, &ToolToParticle, &FloorToParticle, &LeafToRoot, &RootToRoot, &RootToLeaf];
+
+/// The kinds that join what is near, and need no roots.
+pub fn near_kinds() -> impl Iterator<Item = &'static dyn EdgeKind> {
+    EDGE_KINDS.iter().copied().filter(|kind| kind.window() == Window::Fading)
+}
 
 struct ParticleToParticle;
 struct ToolToParticle;
 struct FloorToParticle;
+struct LeafToRoot;
+struct RootToRoot;
+struct RootToLeaf;
 
 impl EdgeKind for ParticleToParticle {
     fn name(&self) -> &'static str {
@@ -30,7 +52,7 @@ impl EdgeKind for ToolToParticle {
         "tool"
     }
     fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet {
-        cells.neighbours(nodes, radius, |_, sender| sender >= nodes.particles && sender < nodes.floor())
+        cells.neighbours(nodes, radius, |_, sender| nodes.tool().contains(&sender))
     }
 }
 
@@ -47,5 +69,55 @@ impl EdgeKind for FloorToParticle {
             set.offsets.push(set.senders.len() as u32);
         }
         set
+    }
+}
+
+/// Sent by what is right under a root: particles, or roots of the level below (Li et al. 2019, DPI-Net, §3.2).
+impl EdgeKind for LeafToRoot {
+    fn name(&self) -> &'static str {
+        "leaf_root"
+    }
+    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+        let mut rows = vec![Vec::new(); nodes.receivers()];
+        nodes.roots.children().for_each(|(root, children)| rows[root] = children.to_vec());
+        EdgeSet::from_rows(rows)
+    }
+    fn window(&self) -> Window {
+        Window::Open
+    }
+}
+
+/// Between all roots of a level.
+impl EdgeKind for RootToRoot {
+    fn name(&self) -> &'static str {
+        "root_root"
+    }
+    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+        let mut rows = vec![Vec::new(); nodes.receivers()];
+        for level in nodes.roots.levels() {
+            for root in level.clone() {
+                rows[root] = level.clone().filter(|&other| other != root).map(|other| other as u32).collect();
+            }
+        }
+        EdgeSet::from_rows(rows)
+    }
+    fn window(&self) -> Window {
+        Window::Open
+    }
+}
+
+impl EdgeKind for RootToLeaf {
+    fn name(&self) -> &'static str {
+        "root_leaf"
+    }
+    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+        let mut rows = vec![Vec::new(); nodes.receivers()];
+        for (root, children) in nodes.roots.children() {
+            children.iter().for_each(|&child| rows[child as usize].push(root as u32));
+        }
+        EdgeSet::from_rows(rows)
+    }
+    fn window(&self) -> Window {
+        Window::Open
     }
 }

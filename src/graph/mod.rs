@@ -1,27 +1,40 @@
 //! Graphs over particles: typed edges, and the policies that draw them.
 //!
-//! Nodes are numbered `[particles | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
+//! Nodes are numbered `[particles | roots | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
 //! and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::{Particles, Pose, ToolShape};
+use std::sync::Arc;
 
+mod hierarchy;
 mod kind;
 mod node;
 mod radius;
 
-pub use kind::{EDGE_KINDS, EdgeKind};
+pub use hierarchy::{Hierarchy, HierarchySpec, Roots};
+pub use kind::{EDGE_KINDS, EdgeKind, Window, near_kinds};
 pub use node::Nodes;
 pub use radius::{CellList, Radius};
 
 /// The directed edges of one kind, in compressed rows by receiver.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeSet {
-    /// `offsets[i]..offsets[i + 1]` are the edges that particle i receives; N + 1 entries.
+    /// `offsets[i]..offsets[i + 1]` are the edges that row i receives; as many entries as there are receivers, and one.
     pub offsets: Vec<u32>,
     /// Sender node of each edge.
     pub senders: Vec<u32>,
 }
 
 impl EdgeSet {
+    /// From the senders to every receiver.
+    fn from_rows(rows: Vec<Vec<u32>>) -> Self {
+        let mut set = Self { offsets: vec![0], senders: Vec::new() };
+        for senders in rows {
+            set.senders.extend(senders);
+            set.offsets.push(set.senders.len() as u32);
+        }
+        set
+    }
+
     /// Number of edges.
     pub fn len(&self) -> usize {
         self.senders.len()
@@ -42,7 +55,7 @@ impl EdgeSet {
 /// Nodes and, for every kind of [`EDGE_KINDS`] by its place there, its edges.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
-    /// Particles, tool surface samples and the floor.
+    /// Particles, roots, tool surface samples and the floor.
     pub nodes: Nodes,
     /// One set per row of [`EDGE_KINDS`]; empty where the policy does not draw that kind.
     pub edges: Vec<EdgeSet>,
@@ -50,14 +63,25 @@ pub struct Graph {
 
 /// Draws edges. What counts as a neighbour is a decision, so it has a name and a config.
 pub trait GraphPolicy: Send + Sync {
-    /// The graph over these particles and the tool at `poses`, having come from `before` in `interval` seconds.
-    fn connect(&self, particles: &Particles, tool: &ToolShape, before: &[Pose], poses: &[Pose], interval: f64)
-    -> Graph;
+    /// The roots over these particles, which a rollout that starts from them keeps.
+    fn roots(&self, _: &Particles) -> Roots {
+        Roots::none()
+    }
+    /// The graph over these particles, their roots and the tool at `poses`, having come from `before` in `interval` seconds.
+    fn connect(
+        &self,
+        particles: &Particles,
+        roots: &Arc<Roots>,
+        tool: &ToolShape,
+        before: &[Pose],
+        poses: &[Pose],
+        interval: f64,
+    ) -> Graph;
     /// Radius of the neighbourhood \[m\]: a message fades to zero there.
     fn reach(&self) -> f64;
 }
 
 family! {
     /// Every graph policy that a config can name.
-    GraphSpec builds Box<dyn GraphPolicy> { Radius(radius::RadiusSpec) }
+    GraphSpec builds Box<dyn GraphPolicy> { Radius(radius::RadiusSpec), Hierarchy(hierarchy::HierarchySpec) }
 }

@@ -1,8 +1,9 @@
 //! Edge counts by [`crate::graph`], for the page to compare its own with.
 use super::Playback;
-use crate::graph::{CellList, EDGE_KINDS, Nodes};
+use crate::graph::{CellList, Nodes, near_kinds};
 use crate::state::ToolShape;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// What `crate::graph` draws over one frame.
 #[derive(Serialize)]
@@ -11,7 +12,7 @@ pub(super) struct Count {
     frame: usize,
     /// Radius of the neighbourhood \[m\].
     radius: f64,
-    /// Number of edges of each kind of [`EDGE_KINDS`].
+    /// Number of edges of each kind that needs no roots.
     edges: Vec<usize>,
 }
 
@@ -27,8 +28,8 @@ fn count(recording: &Playback, frame: usize, radius: f64) -> Count {
     let episode = &recording.episode;
     let none = ToolShape::from(Vec::new());
     let (tool, poses) = (recording.shape.as_deref().unwrap_or(&none), episode.poses(frame));
-    let nodes = Nodes::gather(&episode.states[frame], tool, poses, poses, episode.interval);
+    let nodes = Nodes::gather(&episode.states[frame], &Arc::default(), tool, poses, poses, episode.interval);
     let cells = CellList::new(&nodes.positions[..nodes.floor()], radius);
-    let edges = EDGE_KINDS.iter().map(|kind| kind.connect(&nodes, &cells, radius).len()).collect();
+    let edges = near_kinds().map(|kind| kind.connect(&nodes, &cells, radius).len()).collect();
     Count { frame, radius, edges }
 }

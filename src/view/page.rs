@@ -2,7 +2,7 @@
 use super::edges::{Count, counts};
 use super::facets::facets;
 use super::{Playback, Prediction};
-use crate::graph::EDGE_KINDS;
+use crate::graph::near_kinds;
 use crate::shape::spacing;
 use crate::state::{Part, Particles, Pose};
 use base64::Engine;
@@ -129,7 +129,7 @@ impl<'a> Data<'a> {
             spacing,
             tool: Tool { name: &episode.tool, poses: doubles(poses().flat_map(row)), parts },
             graph: Graph {
-                kinds: EDGE_KINDS.iter().map(|kind| kind.name()).collect(),
+                kinds: near_kinds().map(|kind| kind.name()).collect(),
                 radius,
                 counts: counts(recording, f64::from(radius) / 1e4),
             },

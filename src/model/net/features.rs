@@ -1,5 +1,6 @@
 //! From a scene to numbers and back: the features of nodes and edges, and their pullback to particles, poses and twists.
 use super::input::{EDGE_FEATURES, Edges, Input, InputGrad, Links, NODE_FEATURES};
+use crate::graph::{EDGE_KINDS, Window};
 use crate::model::law::{View, ViewGrad};
 use crate::state::{Pose, SurfacePoint, Twist};
 use glam::DVec3;
@@ -26,10 +27,12 @@ struct Nodes {
 impl Nodes {
     /// Rows as in [`crate::graph::Nodes`]. With `u = R s` for the sample s: `p = u + t`, `v = linear + angular × u`, `n = R n₀`.
     fn of(view: &View<'_>) -> Self {
+        let roots = &view.graph.nodes.roots;
+        let with_roots = |values: &[DVec3]| [values, &roots.means(values)].concat();
         let mut nodes = Self {
-            positions: view.particles.positions.clone(),
-            velocities: view.particles.velocities.clone(),
-            normals: vec![DVec3::ZERO; view.particles.len()],
+            positions: with_roots(&view.particles.positions),
+            velocities: with_roots(&view.particles.velocities),
+            normals: vec![DVec3::ZERO; view.particles.len() + roots.len()],
         };
         for (_, pose, twist, point) in samples(view) {
             let arm = pose.rotation * point.position;
@@ -60,27 +63,57 @@ fn samples<'a>(view: &'a View<'_>) -> impl Iterator<Item = (usize, &'a Pose, &'a
     parts.flat_map(|(k, ((part, pose), twist))| part.surface.iter().map(move |point| (k, pose, twist, point)))
 }
 
+/// How an edge of offset x sees its length.
+struct Reach {
+    kind: Window,
+    /// `x/R`, and for an edge of any length `x/√(x² + R²)`.
+    offset: DVec3,
+    /// `(1 − x²/R²)²`, none beyond R; 1 for an edge of any length.
+    window: f64,
+    radius: f64,
+}
+
+impl Reach {
+    fn of(kind: Window, offset: DVec3, radius: f64) -> Self {
+        let square = offset.length_squared();
+        let (length, window) = match kind {
+            Window::Fading => (radius, (1.0 - square / (radius * radius)).max(0.0).powi(2)),
+            Window::Open => ((square + radius * radius).sqrt(), 1.0),
+        };
+        Self { kind, offset: offset / length, window, radius }
+    }
+
+    /// `∂J/∂x` from `∂J/∂offset` and `∂J/∂window`.
+    fn pull(&self, at_offset: DVec3, at_window: f64) -> DVec3 {
+        match self.kind {
+            Window::Fading => (at_offset - at_window * 4.0 * self.window.sqrt() * self.offset) / self.radius,
+            Window::Open => {
+                let flat = (1.0 - self.offset.length_squared()).sqrt();
+                (at_offset - self.offset * self.offset.dot(at_offset)) * flat / self.radius
+            }
+        }
+    }
+}
+
 impl Features {
     /// The network's input.
     pub(crate) fn input(&self, view: &View<'_>) -> Input {
         let nodes = Nodes::of(view);
         let particles = view.particles.len();
+        let receivers = particles + view.graph.nodes.roots.len();
         let per_speed = view.interval / self.scale;
         let last = nodes.positions.len() - 1;
         let mut rows = Vec::with_capacity((last + 1) * NODE_FEATURES);
         for row in 0..=last {
             push(&mut rows, nodes.velocities[row] * per_speed);
-            let role = DVec3::select(
-                glam::BVec3::new(row < particles, row >= particles && row < last, row == last),
-                DVec3::ONE,
-                DVec3::ZERO,
-            );
-            push(&mut rows, role);
-            rows.push(if row < particles { self.height(nodes.positions[row].z).0 as f32 } else { 0.0 });
+            // A root has none of the roles.
+            let role = glam::BVec3::new(row < particles, row >= receivers && row < last, row == last);
+            push(&mut rows, DVec3::select(role, DVec3::ONE, DVec3::ZERO));
+            rows.push(if row < receivers { self.height(nodes.positions[row].z).0 as f32 } else { 0.0 });
             push(&mut rows, nodes.normals[row]);
         }
         let edges = self.kinds.iter().map(|&kind| self.edges(view, &nodes, kind, per_speed)).collect();
-        Input { particles, nodes: rows, edges }
+        Input { particles, receivers, nodes: rows, edges }
     }
 
     /// `z/√(z² + R²)` and its derivative: linear near the table, constant far above it.
@@ -94,14 +127,13 @@ impl Features {
         let (mut links, mut features, mut window) = (Links::default(), Vec::new(), Vec::new());
         features.reserve(set.len() * EDGE_FEATURES);
         for (i, j) in set.pairs() {
-            let offset = nodes.offset(i, j);
-            let fade = 1.0 - offset.length_squared() / self.radius.powi(2);
-            if fade > 0.0 {
+            let reach = Reach::of(EDGE_KINDS[kind].window(), nodes.offset(i, j), self.radius);
+            if reach.window > 0.0 {
                 links.receivers.push(i as u32);
                 links.senders.push(j as u32);
-                window.push((fade * fade) as f32);
-                push(&mut features, offset / self.radius);
-                features.push((offset.length() / self.radius) as f32);
+                window.push(reach.window as f32);
+                push(&mut features, reach.offset);
+                features.push(reach.offset.length() as f32);
                 push(&mut features, nodes.normals[j]);
                 push(&mut features, (nodes.velocities[i] - nodes.velocities[j]) * per_speed);
             }
@@ -112,27 +144,33 @@ impl Features {
     /// Adds `∂J/∂view` to `grad`, from `∂J/∂input` and the links of that input.
     pub(crate) fn pull(&self, view: &View<'_>, links: &[Arc<Links>], at: &InputGrad, grad: &mut ViewGrad<'_>) {
         let nodes = Nodes::of(view);
-        let particles = view.particles.len();
+        let roots = &view.graph.nodes.roots;
+        let (particles, receivers) = (view.particles.len(), view.particles.len() + roots.len());
         let per_speed = view.interval / self.scale;
         let mut at_nodes = Nodes::zero(nodes.positions.len());
         for (row, g) in at.nodes.chunks_exact(NODE_FEATURES).enumerate() {
             at_nodes.velocities[row] += read(&g[..3]) * per_speed;
-            if row < particles {
+            if row < receivers {
                 at_nodes.positions[row].z += f64::from(g[6]) * self.height(nodes.positions[row].z).1;
             }
             at_nodes.normals[row] += read(&g[7..]);
         }
-        for (links, at) in links.iter().zip(&at.edges) {
+        for ((links, at), &kind) in links.iter().zip(&at.edges).zip(&self.kinds) {
+            let window = EDGE_KINDS[kind].window();
             let rows = at.features.chunks_exact(EDGE_FEATURES).zip(&at.window);
             for ((&i, &j), (g, &at_window)) in links.receivers.iter().zip(&links.senders).zip(rows) {
-                self.pull_edge(&nodes, (i as usize, j as usize), g, at_window, per_speed, &mut at_nodes);
+                self.pull_edge(&nodes, (i as usize, j as usize), window, g, at_window, per_speed, &mut at_nodes);
             }
         }
+        let (positions, of_roots) = at_nodes.positions.split_at_mut(particles);
+        roots.means_vjp(&of_roots[..roots.len()], positions);
+        let (velocities, of_roots) = at_nodes.velocities.split_at_mut(particles);
+        roots.means_vjp(&of_roots[..roots.len()], velocities);
         for i in 0..particles {
             grad.particles.positions[i] += at_nodes.positions[i];
             grad.particles.velocities[i] += at_nodes.velocities[i];
         }
-        for (row, (k, pose, twist, point)) in (particles..).zip(samples(view)) {
+        for (row, (k, pose, twist, point)) in (receivers..).zip(samples(view)) {
             let (at_velocity, at_normal) = (at_nodes.velocities[row], at_nodes.normals[row]);
             let arm = pose.rotation * point.position;
             let at_arm = at_nodes.positions[row] + at_velocity.cross(twist.angular);
@@ -147,16 +185,14 @@ impl Features {
         &self,
         nodes: &Nodes,
         (i, j): (usize, usize),
+        window: Window,
         g: &[f32],
         at_window: f32,
         per_speed: f64,
         at: &mut Nodes,
     ) {
-        let offset = nodes.offset(i, j);
-        let fade = 1.0 - offset.length_squared() / self.radius.powi(2);
-        let direction = offset.normalize_or_zero();
-        let mut back = (read(&g[..3]) + f64::from(g[3]) * direction) / self.radius;
-        back -= f64::from(at_window) * 4.0 * fade / self.radius.powi(2) * offset;
+        let reach = Reach::of(window, nodes.offset(i, j), self.radius);
+        let back = reach.pull(read(&g[..3]) + f64::from(g[3]) * reach.offset.normalize_or_zero(), at_window.into());
         if j + 1 == nodes.positions.len() {
             at.positions[i].z += back.z;
         } else {

@@ -10,9 +10,11 @@ pub(super) const EDGE_FEATURES: usize = 10;
 /// Nodes and edges as numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Input {
-    /// Number of receiving nodes N, the first rows.
+    /// Number of particles N, the first rows: those that get an output.
     pub particles: usize,
-    /// Node features, (M, 10) row-major, M ≥ N.
+    /// Number of receiving nodes, particles and roots; ≥ N.
+    pub receivers: usize,
+    /// Node features, (M, 10) row-major, M ≥ receivers.
     pub nodes: Vec<f32>,
     /// One entry for every edge kind of the architecture.
     pub edges: Vec<Edges>,
@@ -32,7 +34,7 @@ pub struct Edges {
 /// Receiver and sender row of each edge, sorted by receiver.
 #[derive(Clone, Debug, Default)]
 pub struct Links {
-    /// Receiving particle of each edge, E numbers.
+    /// Receiving node of each edge, E numbers.
     pub receivers: Vec<u32>,
     /// Sending node of each edge, E numbers.
     pub senders: Vec<u32>,

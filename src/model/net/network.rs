@@ -16,6 +16,12 @@ pub struct Network {
     weights: Vec<Matrix>,
 }
 
+/// How many rows, from the first, get an output, and how many get messages.
+struct Rows {
+    particles: usize,
+    receivers: usize,
+}
+
 /// The leaves of the tape: what derivatives are asked of.
 struct Leaves {
     nodes: Matrix,
@@ -71,8 +77,8 @@ impl Network {
     /// The output, (N, 3) row-major.
     pub fn forward(&self, input: Input) -> Vec<f32> {
         let mut record = Record::<NoneTape>::new(Wanted::Inputs);
-        let (particles, leaves) = leaves(&record, input);
-        entries(&self.run(&mut record, particles, &leaves)).to_vec()
+        let (rows, leaves) = leaves(&record, input);
+        entries(&self.run(&mut record, &rows, &leaves)).to_vec()
     }
 
     /// The output and `∂J/∂input` from `∂J/∂output`, (N, 3) both; adds `∂J/∂weights` to `weights` unless that slice is empty.
@@ -82,8 +88,8 @@ impl Network {
         }
         let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
-        let (particles, leaves) = leaves(&record, input);
-        let output = self.run(&mut record, particles, &leaves);
+        let (rows, leaves) = leaves(&record, input);
+        let output = self.run(&mut record, &rows, &leaves);
         let cotangent = record.matrix(at_output.to_vec(), 3);
         let rows = entries(&output).to_vec();
         let mut grads = (output.put_tape(record.tape) * cotangent).sum::<Rank0, _>().backward();
@@ -112,23 +118,23 @@ impl Network {
         Ok(InputGrad { nodes, edges: leaves.edges.iter().map(edge).collect::<Result<_, _>>()? })
     }
 
-    fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, particles: usize, leaves: &Leaves) -> Matrix {
+    fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: &Rows, leaves: &Leaves) -> Matrix {
         let count = leaves.nodes.shape().0;
         let encoder = &self.layout.encoder;
         let inner = self.layer(record, count, &leaves.nodes, encoder);
         let mut nodes = self.last(record, count, &inner, encoder, Finish::Linear);
         for round in self.layout.rounds.iter().cycle().take(self.architecture.rounds) {
-            nodes = self.round(record, particles, &nodes, leaves, round);
+            nodes = self.round(record, rows.receivers, &nodes, leaves, round);
         }
         let decoder = &self.layout.decoder;
-        let inner = self.layer(record, particles, &nodes, decoder);
-        self.last(record, particles, &inner, decoder, Finish::Linear)
+        let inner = self.layer(record, rows.particles, &nodes, decoder);
+        self.last(record, rows.particles, &inner, decoder, Finish::Linear)
     }
 
     fn round<T: Tape<f32, Cpu>>(
         &self,
         record: &mut Record<T>,
-        particles: usize,
+        receivers: usize,
         nodes: &Matrix,
         leaves: &Leaves,
         round: &Round,
@@ -138,7 +144,7 @@ impl Network {
         for (network, edges) in round.edges.iter().zip(&leaves.edges) {
             if !edges.links.is_empty() {
                 let weights = Weights { first: pair(network.first), hidden: pair(network.hidden) };
-                sums.push((message(record, particles, nodes, edges, &weights), &self.weights[network.last]));
+                sums.push((message(record, receivers, nodes, edges, &weights), &self.weights[network.last]));
             }
         }
         let width = self.architecture.width;
@@ -146,14 +152,14 @@ impl Network {
         let (weight, bias) = (&self.weights[weight], Some(&self.weights[bias]));
         // Without edges the sum of messages is exactly zero and its product is left out.
         let inner = if sums.is_empty() {
-            dense(record, particles, &[(nodes, weight, 0)], bias, Finish::Squareplus)
+            dense(record, receivers, &[(nodes, weight, 0)], bias, Finish::Squareplus)
         } else {
             let terms: Vec<_> = sums.iter().map(|(sum, last)| (sum, *last, 0)).collect();
-            let aggregate = dense(record, particles, &terms, None, Finish::Linear);
+            let aggregate = dense(record, receivers, &terms, None, Finish::Linear);
             let terms = [(nodes, weight, 0), (&aggregate, weight, width)];
-            dense(record, particles, &terms, bias, Finish::Squareplus)
+            dense(record, receivers, &terms, bias, Finish::Squareplus)
         };
-        self.last(record, particles, &inner, &round.update, Finish::Onto(nodes))
+        self.last(record, receivers, &inner, &round.update, Finish::Onto(nodes))
     }
 
     fn layer<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: usize, x: &Matrix, p: &Perceptron) -> Matrix {
@@ -174,12 +180,13 @@ impl Network {
     }
 }
 
-fn leaves<T: Tape<f32, Cpu>>(record: &Record<T>, input: Input) -> (usize, Leaves) {
+fn leaves<T: Tape<f32, Cpu>>(record: &Record<T>, input: Input) -> (Rows, Leaves) {
     let edge = |e: Edges| EdgeInput {
         links: e.links,
         features: record.matrix(e.features, EDGE_FEATURES),
         window: record.matrix(e.window, 1),
     };
     let edges = input.edges.into_iter().map(edge).collect();
-    (input.particles, Leaves { nodes: record.matrix(input.nodes, NODE_FEATURES), edges })
+    let rows = Rows { particles: input.particles, receivers: input.receivers };
+    (rows, Leaves { nodes: record.matrix(input.nodes, NODE_FEATURES), edges })
 }

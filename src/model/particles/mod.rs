@@ -107,7 +107,7 @@ impl Dynamics for ParticleModel {
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
-        ParticleState::new(scene)
+        ParticleState::new(scene, self.graph.as_deref())
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {

@@ -1,4 +1,5 @@
 //! What a particle model carries from step to step.
+use crate::graph::{GraphPolicy, Roots};
 use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape};
 use glam::DVec3;
 use std::sync::Arc;
@@ -15,6 +16,8 @@ pub struct ParticleState {
     order: Arc<[u32]>,
     /// Tool geometry.
     pub(super) tool: Arc<ToolShape>,
+    /// Roots over the particles, where the model's graph has any.
+    pub(super) roots: Arc<Roots>,
     /// Pose of each part now.
     pub(super) poses: Vec<Pose>,
     /// Duration of one control step \[s\].
@@ -22,7 +25,8 @@ pub struct ParticleState {
 }
 
 impl ParticleState {
-    pub(super) fn new(scene: &Scene) -> Self {
+    /// Of a scene, with the roots that `graph` draws over it.
+    pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>) -> Self {
         let particles = &scene.particles;
         let key = |i: u32| {
             let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
@@ -34,8 +38,11 @@ impl ParticleState {
             pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
         });
         let sorted = |rows: &[DVec3]| order.iter().map(|&i| rows[i as usize]).collect();
+        let particles =
+            Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
         Self {
-            particles: Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) },
+            roots: Arc::new(graph.map_or_else(Roots::none, |graph| graph.roots(&particles))),
+            particles,
             order: order.into(),
             tool: Arc::clone(&scene.tool),
             poses: scene.poses.clone(),
@@ -45,8 +52,8 @@ impl ParticleState {
 
     /// The state after a step that ends with these particles.
     pub(super) fn next(&self, particles: Particles, control: &Control) -> Self {
-        let (order, tool) = (Arc::clone(&self.order), Arc::clone(&self.tool));
-        Self { particles, order, tool, poses: control.poses.clone(), interval: self.interval }
+        let (order, tool, roots) = (Arc::clone(&self.order), Arc::clone(&self.tool), Arc::clone(&self.roots));
+        Self { particles, order, tool, roots, poses: control.poses.clone(), interval: self.interval }
     }
 
     /// The particles in the scene's order.

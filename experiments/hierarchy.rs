@@ -1,0 +1,27 @@
+//! Claim: roots over the particles lower the prediction error of dough.
+//!
+//! Command: `cargo run --release --bin experiments -- hierarchy`, about ten minutes. Table: `paper/tables/hierarchy.tex`.
+use crate::claim::{Experiment, Rows, trials};
+use pliant::table::{Grid, ablation};
+use serde_json::Value;
+
+pub(crate) const CLAIM: Experiment = Experiment {
+    name: "hierarchy",
+    claim: "roots over the particles lower the prediction error of dough",
+    duration: "about 10 minutes",
+    rows: Rows::Sweep { config: "configs/sweep/hierarchy.toml", smoke: &["model.learned_roots.train.network.steps=4"] },
+    table,
+};
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    Ok(ablation("Roots over the particles", &trials(rows)?, name, |_, model| ("baseline", model)))
+}
+
+/// `model.learned_roots.dynamics.graph.roots=[16, 4]` → `16, 4`.
+fn name(change: &str) -> String {
+    match change.split_once('=') {
+        Some((_, "[]")) => "none".to_owned(),
+        Some((_, list)) => list.replace(['[', ']'], ""),
+        None => "8".to_owned(),
+    }
+}
