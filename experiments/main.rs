@@ -11,6 +11,7 @@ mod claim;
 mod closed_loop;
 mod edge_types;
 mod endurance;
+mod formula;
 mod hybrid;
 mod peer;
 mod quickstart;
@@ -26,6 +27,7 @@ const EXPERIMENTS: &[Experiment] = &[
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
+    formula::CLAIM,
 ];
 
 /// The claims of the paper.
