@@ -49,7 +49,7 @@ impl Bench {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let place = |n: usize| DVec3::new((n % 5) as f64 - 2.0, (n / 5 % 5) as f64 - 2.0, (n / 25) as f64 + 0.2);
         let positions: Vec<DVec3> = (0..75).map(|n| 0.0105 * place(n) + 0.002 * vector(&mut rng)).collect();
-        let velocity = |n: usize| if n % 4 == 0 { DVec3::ZERO } else { 0.3 * vector(&mut rng) };
+        let velocity = |n: usize| if n.is_multiple_of(4) { DVec3::ZERO } else { 0.3 * vector(&mut rng) };
         let velocities = (0..75).map(velocity).collect();
         let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
         for i in 0..75u32 {

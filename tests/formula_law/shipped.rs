@@ -1,8 +1,8 @@
 //! The shipped formulas beside the laws in Rust.
 use super::*;
+use pliant::model::Cost;
 use pliant::model::formula::Verdict;
 use pliant::model::law::formula::Programs;
-use pliant::model::{Cost, WorldModel};
 use pliant::state::{Control, ControlGrad, Scene};
 use std::sync::Arc;
 

@@ -25,7 +25,7 @@ impl Expressions {
                     (Function::Log, x) => x.ln(),
                     (Function::Tanh, x) => x.tanh(),
                     (Function::Abs, x) => x.abs(),
-                    (Function::Sign, x) if x == 0.0 => 0.0,
+                    (Function::Sign, 0.0) => 0.0,
                     (Function::Sign, x) => x.signum(),
                     (Function::Step, x) if x.is_nan() => x,
                     (Function::Step, x) => f64::from(u8::from(x > 0.0)),

@@ -125,8 +125,7 @@ impl Interval {
                 let exact = e.at == 0.0 || e.at == 1.0 || e.at.is_infinite();
                 End::new(if exact { e.at } else { out(e.at.powf(p.abs())) }, e.open)
             };
-            let (low, high): (fn(f64) -> f64, fn(f64) -> f64) =
-                (|y| y * (1.0 - 1e-14), |y| (y * (1.0 + 1e-14)).next_up());
+            let [low, high]: [fn(f64) -> f64; 2] = [|y| y * (1.0 - 1e-14), |y| (y * (1.0 + 1e-14)).next_up()];
             Self::new(end(x.low, low), end(x.high, high))
         };
         let positive = |x: Self| if p > 0.0 { rising(x) } else { rising(x).inverse() };

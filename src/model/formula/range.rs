@@ -29,8 +29,7 @@ impl FromStr for Range {
                 (value, value)
             }
         };
-        // NaN, which stands for nothing at all, fails too.
-        if !(low <= high) || name.trim().is_empty() {
+        if low.is_nan() || low > high || name.trim().is_empty() {
             return Err(advice());
         }
         Ok(Self { name: name.trim().to_owned(), interval: Interval::closed(low, high) })

@@ -11,8 +11,9 @@ pub(super) type Row = [f64; BLOCK];
 #[derive(Clone)]
 pub(super) struct Rows(pub(super) [Row; 3]);
 
-/// Below any square of a speed that is not zero: keeps T/|v_t| a quotient of numbers at rest.
-const REST: f64 = 1e-280;
+/// Below the square of any speed that matters: keeps T/|v_t| and its slopes quotients of numbers at rest, where their third power
+/// is still a number.
+const REST: f64 = 1e-100;
 
 impl Rows {
     fn zero() -> Self {
@@ -94,10 +95,8 @@ impl<'a> Meetings<'a> {
         let Rows([vx, vy, vz]) = &self.velocity;
         let Rows([sx, sy, sz]) = &mut self.sliding;
         self.workspace.input(0).copy_from_slice(&self.distance);
-        let overlap = self.workspace.input(1);
-        for k in 0..BLOCK {
-            overlap[k] = self.programs.reach - self.distance[k];
-        }
+        let overlaps = self.workspace.input(1).iter_mut().zip(&self.distance);
+        overlaps.for_each(|(overlap, distance)| *overlap = self.programs.reach - distance);
         if self.programs.motion > Motion::None {
             let separating = self.workspace.input(2);
             for k in 0..BLOCK {
@@ -143,10 +142,18 @@ impl<'a> Meetings<'a> {
         let (Rows([nx, ny, nz]), Rows([sx, sy, sz])) = (&self.normal, &self.sliding);
         let (Rows([vx, vy, vz]), Rows([ax, ay, az])) = (&self.velocity, &self.acceleration);
         let (Rows([bnx, bny, bnz]), Rows([bvx, bvy, bvz])) = (&mut self.by_normal, &mut self.by_velocity);
-        if self.programs.motion == Motion::None {
+        // Without sliding, a third of the work.
+        if self.programs.motion < Motion::Sliding {
             for k in 0..BLOCK {
-                self.by_distance[k] = push_r[k] * (ax[k] * nx[k] + ay[k] * ny[k] + az[k] * nz[k]);
-                (bnx[k], bny[k], bnz[k]) = (push[k] * ax[k], push[k] * ay[k], push[k] * az[k]);
+                let by_push = ax[k] * nx[k] + ay[k] * ny[k] + az[k] * nz[k];
+                let by_separating = push_v[k] * by_push;
+                self.by_distance[k] = push_r[k] * by_push;
+                bvx[k] = by_separating * nx[k];
+                bvy[k] = by_separating * ny[k];
+                bvz[k] = by_separating * nz[k];
+                bnx[k] = push[k] * ax[k] + by_separating * vx[k];
+                bny[k] = push[k] * ay[k] + by_separating * vy[k];
+                bnz[k] = push[k] * az[k] + by_separating * vz[k];
             }
             return;
         }
@@ -166,6 +173,20 @@ impl<'a> Meetings<'a> {
             bnx[k] = push[k] * ax[k] - separating * by_sliding[0] + by_separating * vx[k];
             bny[k] = push[k] * ay[k] - separating * by_sliding[1] + by_separating * vy[k];
             bnz[k] = push[k] * az[k] - separating * by_sliding[2] + by_separating * vz[k];
+        }
+    }
+
+    /// Turns `∂J/∂normal` after [`Meetings::pull`] into `∂J/∂x` of the offset x that the normal turns with,
+    /// `(n̄ − n (n·n̄))/r + r̄ n`.
+    pub(super) fn by_offset(&mut self) {
+        let (Rows([nx, ny, nz]), Rows([bx, by, bz])) = (&self.normal, &mut self.by_normal);
+        for k in 0..BLOCK {
+            let inverse = 1.0 / self.distance[k];
+            let along = nx[k] * bx[k] + ny[k] * by[k] + nz[k] * bz[k];
+            let radial = self.by_distance[k] - along * inverse;
+            bx[k] = bx[k] * inverse + radial * nx[k];
+            by[k] = by[k] * inverse + radial * ny[k];
+            bz[k] = bz[k] * inverse + radial * nz[k];
         }
     }
 

@@ -31,7 +31,8 @@ impl Pairs {
             for &j in &list.senders[list.offsets[i] as usize..list.offsets[i + 1] as usize] {
                 let offset = *at - positions[j as usize];
                 let square = offset.length_squared();
-                let k = block.count;
+                // The remainder is the count itself; it spares the bounds checks.
+                let k = block.count % BLOCK;
                 (block.first[k], block.second[k]) = (i as u32, j);
                 meetings.distance[k] = square;
                 meetings.normal.set(k, offset);
@@ -68,7 +69,7 @@ fn normalise(distance: &mut Row, Rows([x, y, z]): &mut Rows) {
 impl Block {
     #[inline]
     fn pairs(&self) -> impl Iterator<Item = (usize, usize, usize)> {
-        (0..self.count).map(|k| (k, self.first[k] as usize, self.second[k] as usize))
+        (0..self.count.min(BLOCK)).map(|k| (k, self.first[k] as usize, self.second[k] as usize))
     }
 }
 
@@ -88,7 +89,6 @@ impl Law for Pairs {
         });
     }
 
-    /// The normal turns with the offset x: `∂J/∂x = (n̄ − n (n·n̄))/r + r̄ n`.
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
         let grad = &mut grad.particles;
         self.blocks(view, &mut Meetings::adjoint(&self.0), |block, meetings| {
@@ -96,11 +96,7 @@ impl Law for Pairs {
                 meetings.acceleration.set(k, out[i] - out[j]);
             }
             meetings.pull();
-            for k in 0..BLOCK {
-                let (normal, by) = (meetings.normal.get(k), meetings.by_normal.get(k));
-                let turning = (by - normal * normal.dot(by)) / meetings.distance[k];
-                meetings.by_normal.set(k, turning + meetings.by_distance[k] * normal);
-            }
+            meetings.by_offset();
             for (k, i, j) in block.pairs() {
                 let x = meetings.by_normal.get(k);
                 grad.positions[i] += x;

@@ -56,7 +56,7 @@ impl Programs {
             ensure!(word, "constants.{name} is no name: letters, digits and _, a letter first");
         }
         let constants: Vec<&str> = spec.constants.keys().map(String::as_str).collect();
-        let reach = reach(spec, &mut e, &constants)?;
+        let (reach, of_constants) = reach(spec, &mut e, &constants)?;
 
         let mut parse = |key: &str, text: &Option<String>, invariants: &[&str]| -> anyhow::Result<Option<Id>> {
             let names = [invariants, &["reach"], &constants].concat();
@@ -69,9 +69,8 @@ impl Programs {
         let given = [energy, normal, tangential];
         ensure!(given.iter().any(Option::is_some), "give it an energy, a normal_force or a tangential_force");
         for name in constants {
-            let used = given.iter().flatten().any(|id| e.mentions(*id, name));
-            let in_reach = matches!(&spec.reach, Reach::Formula(text) if text.contains(name));
-            ensure!(used || in_reach, "constants.{name} is in no formula; remove it, or use it");
+            let used = given.iter().chain([&of_constants]).flatten().any(|id| e.mentions(*id, name));
+            ensure!(used, "constants.{name} is in no formula; remove it, or use it");
         }
         let formulas = formulas(&mut e, energy, normal, tangential);
 
@@ -150,16 +149,17 @@ fn formulas(e: &mut Expressions, energy: Option<Id>, normal: Option<Id>, tangent
     [normal, tangential]
 }
 
-fn reach(spec: &FormulaSpec, e: &mut Expressions, constants: &[&str]) -> anyhow::Result<f64> {
-    let reach = match &spec.reach {
-        Reach::Number(reach) => *reach,
+/// The reach \[m\], and its formula where it has one.
+fn reach(spec: &FormulaSpec, e: &mut Expressions, constants: &[&str]) -> anyhow::Result<(f64, Option<Id>)> {
+    let (reach, formula) = match &spec.reach {
+        Reach::Number(reach) => (*reach, None),
         Reach::Formula(text) => {
             let id = e.parse(text, Names::Only(constants)).map_err(|error| anyhow!("reach: {error}"))?;
             let values: Vec<f64> =
                 e.names().iter().map(|name| spec.constants.get(name).copied().unwrap_or(f64::NAN)).collect();
-            e.evaluate(&[id], &values)[0]
+            (e.evaluate(&[id], &values)[0], Some(id))
         }
     };
     ensure!(reach > 0.0 && reach.is_finite(), "reach must be a positive length, got {reach}");
-    Ok(reach)
+    Ok((reach, formula))
 }
