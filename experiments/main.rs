@@ -11,6 +11,7 @@ mod claim;
 mod closed_loop;
 mod edge_types;
 mod endurance;
+mod formula;
 mod hierarchy;
 mod hybrid;
 mod metrics;
@@ -30,6 +31,7 @@ const EXPERIMENTS: &[Experiment] = &[
     endurance::CLAIM,
     speed::CLAIM,
     metrics::CLAIM,
+    formula::CLAIM,
 ];
 
 /// The claims of the paper.

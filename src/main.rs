@@ -3,6 +3,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use pliant::compare::{CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
+use pliant::model::formula::{self, Range};
 use pliant::sweep::SweepSpec;
 use pliant::table::Grid;
 use pliant::view::{Playback, Prediction};
@@ -67,6 +68,18 @@ enum Verb {
         /// Changes to the comparison: `key.path=value`, `+key=value`, `~key`.
         #[arg(requires = "compare")]
         overrides: Vec<String>,
+    },
+    /// Differentiate and simplify a formula as a law's config writes it, and count its operations.
+    Formula {
+        /// Such as `k/2.5 * max(0, d - r)^2.5`.
+        #[arg(allow_hyphen_values = true)]
+        text: String,
+        /// The name to differentiate by.
+        #[arg(long)]
+        wrt: String,
+        /// Where a name lies: `r=0..0.02`, `r=0..`, or `k=5e4` for a constant; any number where nothing is said.
+        #[arg(long = "range")]
+        ranges: Vec<Range>,
     },
     /// Print the JSON schema of a config file.
     Schema {
@@ -184,6 +197,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             let page = recording.write_page(prediction.as_ref(), to.as_deref())?;
             to_stdout(&format!("{}\n", page.display()))?;
         }
+        Verb::Formula { text, wrt, ranges } => to_stdout(&formula::explain(&text, &wrt, &ranges)?)?,
         Verb::Schema { of } => {
             let schema = match of {
                 Root::Compare => config::schema::<CompareSpec>(),

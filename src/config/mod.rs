@@ -42,6 +42,7 @@ use shape::Shape;
 use std::path::Path;
 
 pub(crate) use overrides::{assignment, meaning};
+pub(crate) use suggest::nearest;
 
 pub use conclude::{conclude, to_stdout};
 pub use error::ConfigError;

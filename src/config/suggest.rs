@@ -1,7 +1,7 @@
 //! What somebody probably meant.
 
 /// The candidate most like `word`, when one is alike at all.
-pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_lowercase();
     let alike = |candidate: &str| {
         let candidate = candidate.to_lowercase();

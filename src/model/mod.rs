@@ -2,6 +2,7 @@
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
 mod dynamics;
+pub mod formula;
 pub mod law;
 pub mod net;
 mod oracle;

@@ -1,5 +1,6 @@
 //! Constants of a model's config, named by their path: `laws.contact.stiffness` is `stiffness` of the list item of
-//! `laws` whose `kind` is `contact`.
+//! `laws` whose `name`, or where it has none whose `kind`, is `contact`; what is not in a table itself is looked for in its
+//! `constants`, so that laws written as formulas are addressed as all others are.
 use anyhow::Context;
 use serde_json::Value;
 
@@ -52,18 +53,29 @@ pub(super) fn put(spec: &Value, path: &str, entry: Value) -> anyhow::Result<Valu
     Ok(spec)
 }
 
+/// The table whose keys are addressed as if they stood around it.
+const CONSTANTS: &str = "constants";
+
+/// What a list item is addressed by.
+fn called(item: &Value) -> Option<&str> {
+    item["name"].as_str().or_else(|| item["kind"].as_str())
+}
+
 fn child<'a>(value: &'a Value, key: &str) -> Option<&'a Value> {
     match value {
-        Value::Object(map) => map.get(key),
-        Value::Array(items) => items.iter().find(|item| item["kind"] == key),
+        Value::Object(map) => map.get(key).or_else(|| map.get(CONSTANTS)?.get(key)),
+        Value::Array(items) => items.iter().find(|item| called(item) == Some(key)),
         _ => None,
     }
 }
 
 fn child_mut<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
     match value {
-        Value::Object(map) => map.get_mut(key),
-        Value::Array(items) => items.iter_mut().find(|item| item["kind"] == key),
+        Value::Object(map) => {
+            let own = map.contains_key(key);
+            if own { map.get_mut(key) } else { map.get_mut(CONSTANTS)?.get_mut(key) }
+        }
+        Value::Array(items) => items.iter_mut().find(|item| called(item) == Some(key)),
         _ => None,
     }
 }
@@ -72,11 +84,14 @@ fn child_mut<'a>(value: &'a mut Value, key: &str) -> Option<&'a mut Value> {
 fn leaves(value: &Value, path: &str, out: &mut Vec<String>) {
     let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match value {
-        Value::Object(map) => map.iter().for_each(|(key, v)| leaves(v, &below(key), out)),
+        Value::Object(map) => map.iter().for_each(|(key, v)| {
+            let around = key == CONSTANTS && v.is_object();
+            leaves(v, &if around { path.to_owned() } else { below(key) }, out);
+        }),
         Value::Array(items) => {
             for item in items {
-                if let Some(kind) = item["kind"].as_str() {
-                    leaves(item, &below(kind), out);
+                if let Some(name) = called(item) {
+                    leaves(item, &below(name), out);
                 }
             }
         }
@@ -104,6 +119,24 @@ mod tests {
         assert_eq!(value(&changed, "laws.contact.stiffness").unwrap(), 2.0);
         let back = replace(&changed, [("laws.friction.coefficient", 0.3)]).unwrap();
         assert_eq!(back, spec());
+    }
+
+    #[test]
+    fn constants_of_formulas_are_addressed_as_all_others_are() {
+        let spec = json!({"laws": [
+            {"kind": "formula", "name": "contact", "reach": 0.1, "constants": {"stiffness": 2.0}},
+            {"kind": "formula", "name": "bond", "reach": 0.2, "constants": {"stiffness": 3.0}},
+        ]});
+        let changed = replace(&spec, [("laws.bond.stiffness", 5.0), ("laws.bond.reach", 0.3)]).unwrap();
+        assert_eq!(value(&changed, "laws.bond.stiffness").unwrap(), 5.0);
+        assert_eq!(value(&changed, "laws.contact.stiffness").unwrap(), 2.0);
+        assert_eq!(
+            changed["laws"][1],
+            json!({"kind": "formula", "name": "bond", "reach": 0.3, "constants": {"stiffness": 5.0}})
+        );
+        let error = value(&spec, "laws.bond.stifness").unwrap_err().to_string();
+        assert!(error.contains("`laws.bond.stiffness`"), "{error}");
+        assert!(value(&spec, "laws.formula.stiffness").is_err());
     }
 
     #[test]

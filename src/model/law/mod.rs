@@ -8,6 +8,7 @@ pub mod cohesion;
 pub mod compliant;
 pub mod contact;
 pub mod floor;
+pub mod formula;
 mod frame;
 pub mod gravity;
 mod learned;
@@ -97,5 +98,6 @@ family! {
         Tool(tool::ToolSpec),
         Gravity(gravity::GravitySpec),
         Learned(learned::LearnedSpec),
+        Formula(formula::FormulaSpec),
     }
 }

@@ -1,5 +1,5 @@
 //! The tool: compliant contact with moving rigid parts through their signed distance.
-use super::compliant::CompliantSpec;
+use super::compliant::{CompliantSpec, ContactGrad};
 use super::{Law, View, ViewGrad};
 use crate::state::{Pose, Projection, Solid, Twist};
 use glam::{DMat3, DVec3};
@@ -22,7 +22,7 @@ impl ToolSpec {
 pub struct Tool(CompliantSpec);
 
 /// One part at one instant, with its rotation as matrices and its extents at hand.
-struct Placed<'a> {
+pub(super) struct Placed<'a> {
     solid: &'a Solid,
     centre: DVec3,
     rotation: DMat3,
@@ -30,12 +30,29 @@ struct Placed<'a> {
     twist: Twist,
     extents: DVec3,
     ball: f64,
+    reach: f64,
+}
+
+/// A particle within reach of a part.
+pub(super) struct Touch<'a> {
+    part: usize,
+    placed: &'a Placed<'a>,
+    pub(super) particle: usize,
+    /// From the part's origin to the particle.
+    arm: DVec3,
+    field: Projection,
 }
 
 impl<'a> Placed<'a> {
-    fn new(solid: &'a Solid, pose: &Pose, twist: &Twist, radius: f64) -> Self {
+    /// Every part of a scene's tool, for particles nearer than `reach` \[m\].
+    pub(super) fn all(view: &View<'a>, reach: f64) -> Vec<Self> {
+        let parts = view.tool.parts.iter().zip(view.poses).zip(view.twists);
+        parts.map(|((part, pose), twist)| Self::new(&part.solid, pose, twist, reach)).collect()
+    }
+
+    fn new(solid: &'a Solid, pose: &Pose, twist: &Twist, reach: f64) -> Self {
         let rotation = DMat3::from_quat(pose.rotation);
-        let extents = solid.half_extents() + radius;
+        let extents = solid.half_extents() + reach;
         Self {
             solid,
             centre: pose.translation,
@@ -44,6 +61,7 @@ impl<'a> Placed<'a> {
             twist: *twist,
             extents,
             ball: extents.length_squared(),
+            reach,
         }
     }
 
@@ -57,51 +75,75 @@ impl<'a> Placed<'a> {
         let local = self.inverse * arm;
         local.abs().cmplt(self.extents).all().then(|| (arm, self.solid.project(local)))
     }
-}
 
-impl Tool {
-    /// Calls `visit` with every particle that overlaps a part: (part, its place, particle, arm, overlap, field).
+    /// Calls `visit` with every particle that is nearer to a part than its reach, part by part.
     #[inline]
-    fn visit(&self, view: &View<'_>, mut visit: impl FnMut(usize, &Placed<'_>, usize, DVec3, f64, &Projection)) {
-        for (k, ((part, pose), twist)) in view.tool.parts.iter().zip(view.poses).zip(view.twists).enumerate() {
-            let placed = Placed::new(&part.solid, pose, twist, self.0.radius);
-            for (i, position) in view.particles.positions.iter().enumerate() {
+    pub(super) fn touches<'p>(parts: &'p [Placed<'a>], positions: &[DVec3], mut visit: impl FnMut(Touch<'p>)) {
+        for (part, placed) in parts.iter().enumerate() {
+            for (particle, position) in positions.iter().enumerate() {
                 if let Some((arm, field)) = placed.field(*position)
-                    && field.distance < self.0.radius
+                    && field.distance < placed.reach
                 {
-                    visit(k, &placed, i, arm, self.0.radius - field.distance, &field);
+                    visit(Touch { part, placed, particle, arm, field });
                 }
             }
         }
     }
 }
 
+impl Touch<'_> {
+    /// Signed distance from the part \[m\].
+    pub(super) fn distance(&self) -> f64 {
+        self.field.distance
+    }
+
+    /// The part's outward normal in the world.
+    #[inline]
+    pub(super) fn normal(&self) -> DVec3 {
+        self.placed.rotation * self.field.normal
+    }
+
+    /// Velocity of the particle relative to the part's surface \[m/s\].
+    #[inline]
+    pub(super) fn velocity(&self, view: &View<'_>) -> DVec3 {
+        let surface = self.placed.twist.linear + self.placed.twist.angular.cross(self.arm);
+        view.particles.velocities[self.particle] - surface
+    }
+
+    /// Adds to `grad` what `by` is to particle and part.
+    ///
+    /// With arm a = x − t and world field gradient `f = −(∂J/∂δ) n + H ∂J/∂n`: a rotation δr of the part moves the field under
+    /// the particle by `−δr × a` and turns n by `δr × n`.
+    #[inline]
+    pub(super) fn pull(&self, by: &ContactGrad, grad: &mut ViewGrad<'_>) {
+        let (part, normal, arm) = (self.placed, self.normal(), self.arm);
+        let bend = part.rotation * (self.field.curvature * (part.inverse * by.normal));
+        let by_field = bend - by.overlap * normal;
+        let by_arm = by_field + part.twist.angular.cross(by.velocity);
+        grad.particles.positions[self.particle] += by_arm;
+        grad.particles.velocities[self.particle] += by.velocity;
+        grad.poses[self.part].translation -= by_arm;
+        grad.poses[self.part].rotation += normal.cross(by.normal) - arm.cross(by_field);
+        grad.twists[self.part].linear -= by.velocity;
+        grad.twists[self.part].angular -= arm.cross(by.velocity);
+    }
+}
+
 impl Law for Tool {
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
-        self.visit(view, |_, part, i, arm, overlap, field| {
-            let surface = part.twist.linear + part.twist.angular.cross(arm);
-            let velocity = view.particles.velocities[i] - surface;
-            out[i] += self.0.acceleration(overlap, part.rotation * field.normal, velocity);
+        let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
+        Placed::touches(&parts, &view.particles.positions, |touch| {
+            let overlap = law.radius - touch.distance();
+            out[touch.particle] += law.acceleration(overlap, touch.normal(), touch.velocity(view));
         });
     }
 
-    /// With arm a = x − t and world field gradient `f = −(∂J/∂δ) n + H ∂J/∂n`: a rotation δr of the part moves the field under
-    /// the particle by `−δr × a` and turns n by `δr × n`.
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
-        self.visit(view, |k, part, i, arm, overlap, field| {
-            let surface = part.twist.linear + part.twist.angular.cross(arm);
-            let velocity = view.particles.velocities[i] - surface;
-            let normal = part.rotation * field.normal;
-            let by = self.0.pull(overlap, normal, velocity, out[i]);
-            let bend = part.rotation * (field.curvature * (part.inverse * by.normal));
-            let by_field = bend - by.overlap * normal;
-            let by_arm = by_field + part.twist.angular.cross(by.velocity);
-            grad.particles.positions[i] += by_arm;
-            grad.particles.velocities[i] += by.velocity;
-            grad.poses[k].translation -= by_arm;
-            grad.poses[k].rotation += normal.cross(by.normal) - arm.cross(by_field);
-            grad.twists[k].linear -= by.velocity;
-            grad.twists[k].angular -= arm.cross(by.velocity);
+        let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
+        Placed::touches(&parts, &view.particles.positions, |touch| {
+            let overlap = law.radius - touch.distance();
+            let by = law.pull(overlap, touch.normal(), touch.velocity(view), out[touch.particle]);
+            touch.pull(&by, grad);
         });
     }
 }
