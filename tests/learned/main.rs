@@ -1,124 +1,16 @@
 //! The learned law: exact derivatives through particles, tool poses, twists and weights, and the symmetries it promises.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Roots};
-use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, Rate, View, ViewGrad};
-use pliant::model::net::Sharing;
-use pliant::state::{Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, SurfacePoint, ToolShape, Twist};
+use moment::*;
+use pliant::model::law::{FrameSpec, Law, Learned, Rate, ViewGrad};
+use pliant::state::{ParticlesGrad, Pose, PoseGrad, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::json;
-use std::sync::Arc;
 
-const RADIUS: f64 = 0.02;
-const INTERVAL: f64 = 0.1;
-const SCALE: f64 = 0.004;
+mod moment;
+mod roots;
 
 /// Moves one quantity of a tool part by a vector.
 type Nudge = fn(&mut Moment, usize, DVec3);
-
-#[derive(Clone)]
-struct Moment {
-    particles: Particles,
-    tool: ToolShape,
-    poses: Vec<Pose>,
-    twists: Vec<Twist>,
-    roots: Arc<Roots>,
-}
-
-fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|_| rng.random_range(-size..size)))
-}
-
-impl Moment {
-    fn random(count: usize) -> Self {
-        let mut rng = ChaCha8Rng::seed_from_u64(11);
-        let positions = (0..count).map(|_| vector(&mut rng, 0.02) + DVec3::Z * 0.02).collect();
-        let velocities = (0..count).map(|_| vector(&mut rng, 0.04)).collect();
-        let mut part = || Part {
-            solid: Solid::Cuboid { half: DVec3::splat(0.01) },
-            surface: (0..12)
-                .map(|_| SurfacePoint { position: vector(&mut rng, 0.015), normal: vector(&mut rng, 1.0).normalize() })
-                .collect(),
-        };
-        let tool = ToolShape::from(vec![part(), part()]);
-        let pose = |s: f64| Pose {
-            translation: DVec3::new(0.01 * s, 0.003, 0.02),
-            rotation: DQuat::from_scaled_axis(DVec3::new(0.4 * s, -0.3, 0.7)),
-        };
-        let twist =
-            |s: f64| Twist { linear: DVec3::new(0.02, -0.03 * s, 0.01), angular: DVec3::new(1.0, 0.5, -0.7 * s) };
-        Self {
-            particles: Particles { positions, velocities },
-            tool,
-            poses: vec![pose(1.0), pose(-1.0)],
-            twists: vec![twist(1.0), twist(-1.0)],
-            roots: Arc::default(),
-        }
-    }
-
-    /// The same under roots, `counts` of them from level to level.
-    fn rooted(self, counts: &[usize]) -> Self {
-        Self { roots: Arc::new(Roots::over(&self.particles.positions, counts)), ..self }
-    }
-
-    /// A graph that reaches beyond the law, drawn anew wherever things stand.
-    fn graph(&self) -> Graph {
-        let spec =
-            json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
-        let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
-        policy.connect(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL)
-    }
-
-    fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
-        View {
-            particles: &self.particles,
-            graph,
-            tool: &self.tool,
-            poses: &self.poses,
-            twists: &self.twists,
-            interval: INTERVAL,
-        }
-    }
-
-    fn acceleration(&self, law: &Learned) -> Vec<DVec3> {
-        let graph = self.graph();
-        let mut out = vec![DVec3::ZERO; self.particles.len()];
-        law.accelerate(&self.view(&graph), &mut out);
-        out
-    }
-}
-
-/// Names of the first `count` kinds of edges; the first three need no roots.
-fn kinds(count: usize) -> Vec<String> {
-    EDGE_KINDS[..count].iter().map(|kind| kind.name().to_owned()).collect()
-}
-
-fn spec(width: usize) -> LearnedSpec {
-    LearnedSpec {
-        width,
-        rounds: 2,
-        sharing: Sharing::Shared,
-        edges: kinds(3),
-        radius: RADIUS,
-        scale: SCALE,
-        frame: FrameSpec::default(),
-        seed: 1,
-        weights: None,
-    }
-}
-
-/// A law that was shaken out of its zero start.
-fn shaken(frame: FrameSpec) -> Learned {
-    shake(LearnedSpec { frame, ..spec(16) })
-}
-
-fn shake(spec: LearnedSpec) -> Learned {
-    let mut law = spec.build().unwrap();
-    let mut rng = ChaCha8Rng::seed_from_u64(12);
-    let weights: Vec<f32> = law.weights().iter().map(|w| w + rng.random_range(-0.15..0.15)).collect();
-    law.set_weights(&weights);
-    law
-}
 
 fn cotangent(count: usize) -> Vec<DVec3> {
     let mut rng = ChaCha8Rng::seed_from_u64(13);
@@ -134,14 +26,6 @@ fn along(h: f64, cost: impl Fn(f64) -> f64) -> f64 {
 fn derivatives_agree_with_central_differences_in_every_frame() {
     for frame in [FrameSpec::World, FrameSpec::Tool] {
         derivatives_agree_with_central_differences(&shaken(frame), &Moment::random(40));
-    }
-}
-
-#[test]
-fn derivatives_through_roots_agree_with_central_differences() {
-    for counts in [&[6][..], &[9, 3]] {
-        let law = shake(LearnedSpec { edges: kinds(6), rounds: 3, ..spec(16) });
-        derivatives_agree_with_central_differences(&law, &Moment::random(40).rooted(counts));
     }
 }
 
@@ -299,27 +183,4 @@ fn in_the_frame_of_the_tool_a_turn_of_the_scene_turns_the_accelerations() {
     };
     assert!(error(FrameSpec::Tool) < 1e-5, "{}", error(FrameSpec::Tool));
     assert!(error(FrameSpec::World) > 1e-2, "the world's frame has a preferred direction");
-}
-
-#[test]
-fn through_roots_news_crosses_a_body_in_one_step_however_long_it_is() {
-    // Up to the root, across to the other end's, down again: three rounds.
-    for length in [40, 400] {
-        let bar = |push: f64| {
-            let mut m = Moment::random(length);
-            m.tool.parts.clear();
-            m.particles.positions = (0..length).map(|i| DVec3::new(0.01 * i as f64, 0.0, 1.0)).collect();
-            m.particles.velocities = vec![DVec3::ZERO; length];
-            m.particles.velocities[0] = push * DVec3::X;
-            m
-        };
-        let moved = |rounds: usize, edges: usize, counts: &[usize]| {
-            let law = shake(LearnedSpec { edges: kinds(edges), rounds, ..spec(16) });
-            let at = |push: f64| bar(push).rooted(counts).acceleration(&law)[length - 1];
-            at(0.0).distance(at(0.02))
-        };
-        assert!(moved(3, 6, &[8]) > 0.0, "{length} particles: the other end hears of the push");
-        assert_eq!(moved(3, 3, &[]), 0.0, "without roots it is farther than three radii");
-        assert_eq!(moved(2, 6, &[8]), 0.0, "two rounds are too few");
-    }
 }
