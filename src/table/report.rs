@@ -18,9 +18,9 @@ pub struct Report {
     pub config: String,
 }
 
-const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:1240px;padding:0 1rem;color:#1a1a1a}\
+const STYLE: &str = "body{font:15px/1.45 system-ui,sans-serif;margin:2rem auto;max-width:1640px;padding:0 1rem;color:#1a1a1a}\
 h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}table{border-collapse:collapse;font-size:13px}\
-th,td{padding:.3rem .6rem;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}\
+th,td{padding:.3rem .6rem;text-align:left;border-bottom:1px solid #ddd;white-space:nowrap;font-variant-numeric:tabular-nums}\
 thead th{border-bottom:2px solid #333}.note{color:#555;font-size:13px;margin:.2rem 0}\
 .gallery{display:flex;flex-wrap:wrap;gap:.5rem}figure{margin:0;text-align:center;font-size:13px}\
 .plots svg{max-width:100%;height:auto}pre{background:#f6f6f6;padding:1rem;overflow:auto;font-size:12px}\
