@@ -93,6 +93,21 @@ impl Reach {
             }
         }
     }
+
+    /// Adds to `at` what follows from `∂J/∂features` g and `∂J/∂window` of the edge from row j to row i.
+    fn pull_edge(&self, (i, j): (usize, usize), g: &[f32], at_window: f32, per_speed: f64, at: &mut Nodes) {
+        let back = self.pull(read(&g[..3]) + f64::from(g[3]) * self.offset.normalize_or_zero(), at_window.into());
+        if j + 1 == at.positions.len() {
+            at.positions[i].z += back.z;
+        } else {
+            at.positions[i] += back;
+            at.positions[j] -= back;
+        }
+        at.normals[j] += read(&g[4..7]);
+        let speed = read(&g[7..]) * per_speed;
+        at.velocities[i] += speed;
+        at.velocities[j] -= speed;
+    }
 }
 
 impl Features {
@@ -159,7 +174,9 @@ impl Features {
             let window = EDGE_KINDS[kind].window();
             let rows = at.features.chunks_exact(EDGE_FEATURES).zip(&at.window);
             for ((&i, &j), (g, &at_window)) in links.receivers.iter().zip(&links.senders).zip(rows) {
-                self.pull_edge(&nodes, (i as usize, j as usize), window, g, at_window, per_speed, &mut at_nodes);
+                let (i, j) = (i as usize, j as usize);
+                let reach = Reach::of(window, nodes.offset(i, j), self.radius);
+                reach.pull_edge((i, j), g, at_window, per_speed, &mut at_nodes);
             }
         }
         let (positions, of_roots) = at_nodes.positions.split_at_mut(particles);
@@ -179,30 +196,6 @@ impl Features {
             grad.twists[k].linear += at_velocity;
             grad.twists[k].angular += arm.cross(at_velocity);
         }
-    }
-
-    fn pull_edge(
-        &self,
-        nodes: &Nodes,
-        (i, j): (usize, usize),
-        window: Window,
-        g: &[f32],
-        at_window: f32,
-        per_speed: f64,
-        at: &mut Nodes,
-    ) {
-        let reach = Reach::of(window, nodes.offset(i, j), self.radius);
-        let back = reach.pull(read(&g[..3]) + f64::from(g[3]) * reach.offset.normalize_or_zero(), at_window.into());
-        if j + 1 == nodes.positions.len() {
-            at.positions[i].z += back.z;
-        } else {
-            at.positions[i] += back;
-            at.positions[j] -= back;
-        }
-        at.normals[j] += read(&g[4..7]);
-        let speed = read(&g[7..]) * per_speed;
-        at.velocities[i] += speed;
-        at.velocities[j] -= speed;
     }
 }
 
