@@ -123,6 +123,21 @@ fn bad_input_is_a_sentence_and_exit_code_two() {
 }
 
 #[test]
+fn a_formula_is_differentiated_and_simplified_and_its_mistakes_are_pointed_at() {
+    let folder = folder();
+    let formula = |words: &[&str]| pliant(folder.path(), &[&["formula"], words].concat());
+    let shown = out(&formula(&["k/2.5 * max(0, d - r)^2.5", "--wrt", "r", "--range", "r=0..0.02"]));
+    for said in ["derivative", "simplified", "operations", "agrees with the formula at 1024 points"] {
+        assert!(shown.contains(said), "{shown}");
+    }
+    assert!(out(&formula(&["x / x", "--wrt", "x", "--range", "x=1..2"])).contains("simplified  1\n            0\n"));
+    assert!(out(&formula(&["x / x", "--wrt", "x", "--range", "x=0..2"])).contains("simplified  x/x\n"));
+    assert!(complaint(&formula(&["k * (r", "--wrt", "r"])).contains("  k * (r\n      ^\n"));
+    assert!(complaint(&formula(&["stiffness * r", "--wrt", "stifness"])).contains("did you mean `stiffness`?"));
+    assert!(complaint(&formula(&["r", "--wrt", "r", "--range", "r=2..1"])).contains("r=0..0.02"));
+}
+
+#[test]
 fn configs_can_be_printed_with_their_origins_and_described() {
     let folder = folder();
     let shown = out(&pliant(folder.path(), &["compare", QUICKSTART, "planner.cem.samples=33", "--cfg"]));
