@@ -67,6 +67,12 @@ pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
 }
 
+/// The list that a change such as `key=["a", "b"]` sets, as `a, b`; none of the baseline.
+pub(crate) fn listed(change: &str) -> Option<String> {
+    let (_, list) = change.split_once('=')?;
+    Some(list.replace(['[', ']', '"', '\''], "").replace(',', ", ").replace("  ", " "))
+}
+
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()

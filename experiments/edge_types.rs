@@ -2,7 +2,7 @@
 //! worse.
 //!
 //! Command: `cargo run --release --bin experiments -- edge_types`, about three minutes. Table: `paper/tables/edge_types.tex`.
-use crate::claim::{Experiment, Rows, trials};
+use crate::claim::{Experiment, Rows, listed, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -15,13 +15,10 @@ pub(crate) const CLAIM: Experiment = Experiment {
 };
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation("Edge types", &trials(rows)?, name, |_, model| ("baseline", model)))
-}
-
-/// `model.learned.dynamics.laws.0.edges=["tool", "floor"]` → `tool, floor`.
-fn name(change: &str) -> String {
-    match change.split_once('=') {
-        Some((_, list)) => list.replace(['[', ']', '"', '\''], "").replace(',', ", ").replace("  ", " "),
-        None => "particle, tool, floor".to_owned(),
-    }
+    Ok(ablation(
+        "Edge types",
+        &trials(rows)?,
+        |change| listed(change).unwrap_or_else(|| "particle, tool, floor".to_owned()),
+        |_, model| ("baseline", model),
+    ))
 }

@@ -1,7 +1,7 @@
 //! Claim: roots over the particles lower the prediction error of dough.
 //!
 //! Command: `cargo run --release --bin experiments -- hierarchy`, about ten minutes. Table: `paper/tables/hierarchy.tex`.
-use crate::claim::{Experiment, Rows, trials};
+use crate::claim::{Experiment, Rows, listed, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 
@@ -17,11 +17,10 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     Ok(ablation("Roots over the particles", &trials(rows)?, name, |_, model| ("baseline", model)))
 }
 
-/// `model.learned_roots.dynamics.graph.roots=[16, 4]` → `16, 4`.
 fn name(change: &str) -> String {
-    match change.split_once('=') {
-        Some((_, "[]")) => "none".to_owned(),
-        Some((_, list)) => list.replace(['[', ']'], ""),
+    match listed(change) {
+        Some(none) if none.is_empty() => "none".to_owned(),
+        Some(counts) => counts,
         None => "8".to_owned(),
     }
 }

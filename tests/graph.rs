@@ -1,6 +1,6 @@
 //! Edges found through the cell list are those that all pairs give, in the promised order.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Roots, near_kinds};
+use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots, near_kinds};
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +14,8 @@ fn connect(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64, kind
     let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
     assert_eq!(policy.reach(), radius);
     let before: Vec<_> = poses.iter().map(|p| Pose { translation: p.translation + DVec3::Z * 0.01, ..*p }).collect();
-    policy.connect(&Particles::at_rest(points.to_vec()), &Arc::default(), tool, &before, poses, INTERVAL)
+    let particles = Particles::at_rest(points.to_vec());
+    policy.connect(Nodes::gather(&particles, &Arc::default(), tool, &before, poses, INTERVAL))
 }
 
 fn all_kinds() -> Vec<&'static str> {
@@ -144,7 +145,8 @@ fn rooted(points: &[DVec3], counts: &[usize]) -> (Arc<Roots>, Graph) {
     let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
     let particles = Particles::at_rest(points.to_vec());
     let roots = Arc::new(policy.roots(&particles));
-    let graph = policy.connect(&particles, &roots, &ToolShape::from(Vec::new()), &[], &[], INTERVAL);
+    let none = ToolShape::from(Vec::new());
+    let graph = policy.connect(Nodes::gather(&particles, &roots, &none, &[], &[], INTERVAL));
     (roots, graph)
 }
 

@@ -4,7 +4,7 @@ use base64::engine::general_purpose::STANDARD_NO_PAD;
 use glam::{DQuat, DVec3, Vec3};
 use pliant::config;
 use pliant::data::{DatasetSpec, Episode};
-use pliant::graph::{GraphSpec, near_kinds};
+use pliant::graph::{GraphSpec, Nodes, near_kinds};
 use pliant::state::{Control, Particles, Pose};
 use pliant::view::{Playback, Prediction};
 use serde_json::{Value, json};
@@ -120,14 +120,8 @@ fn the_counts_to_compare_with_are_those_of_the_radius_policy() {
         let t = count["frame"].as_u64().unwrap() as usize;
         let (episode, shape) = (&recording.episode, recording.shape.as_ref().unwrap());
         let poses = episode.poses(t);
-        let graph = policy.build().unwrap().connect(
-            &episode.states[t],
-            &Default::default(),
-            shape,
-            poses,
-            poses,
-            episode.interval,
-        );
+        let nodes = Nodes::gather(&episode.states[t], &Default::default(), shape, poses, poses, episode.interval);
+        let graph = policy.build().unwrap().connect(nodes);
         let edges: Vec<usize> = graph.edges[..names.len()].iter().map(|set| set.len()).collect();
         assert_eq!(count["edges"], json!(edges), "frame {t}");
         total.iter_mut().zip(edges).for_each(|(sum, n)| *sum += n);

@@ -1,11 +1,13 @@
 //! The table of edge kinds: who sends to a particle, and what the edge means.
 use super::{CellList, EdgeSet, Nodes};
+use anyhow::Context;
 
 /// What an edge means. A new kind is one implementation and one row of [`EDGE_KINDS`].
 pub trait EdgeKind: Sync {
     /// Its name in configs, weights and tables.
     fn name(&self) -> &'static str;
-    /// Its edges into every particle within `radius` \[m\]; `cells` indexes `nodes.positions`.
+    /// Its edges into every particle or root, from what is within `radius` \[m\] where it joins what is near; `cells` indexes
+    /// `nodes.positions`.
     fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet;
     /// How its messages fade with distance.
     fn window(&self) -> Window {
@@ -29,6 +31,19 @@ pub static EDGE_KINDS: &[&dyn EdgeKind] =
 /// The kinds that join what is near, and need no roots.
 pub fn near_kinds() -> impl Iterator<Item = &'static dyn EdgeKind> {
     EDGE_KINDS.iter().copied().filter(|kind| kind.window() == Window::Fading)
+}
+
+/// The places in [`EDGE_KINDS`] of the kinds that `key` of a config names.
+///
+/// # Errors
+/// When a name is no kind's.
+pub(crate) fn kinds_named(key: &str, names: &[String]) -> anyhow::Result<Vec<usize>> {
+    let known = || EDGE_KINDS.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ");
+    let place = |name: &String| {
+        let found = EDGE_KINDS.iter().position(|kind| kind.name() == name);
+        found.with_context(|| format!("{key} names {name:?}; known edge kinds are {}", known()))
+    };
+    names.iter().map(place).collect()
 }
 
 struct ParticleToParticle;

@@ -2,18 +2,20 @@
 //!
 //! Nodes are numbered `[particles | roots | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
 //! and then by the sender's place, so that every neighbour sum runs in one fixed order.
-use crate::state::{Particles, Pose, ToolShape};
-use std::sync::Arc;
+use crate::state::Particles;
 
 mod hierarchy;
 mod kind;
 mod node;
 mod radius;
+mod roots;
 
-pub use hierarchy::{Hierarchy, HierarchySpec, Roots};
+pub use hierarchy::{Hierarchy, HierarchySpec};
+pub(crate) use kind::kinds_named;
 pub use kind::{EDGE_KINDS, EdgeKind, Window, near_kinds};
 pub use node::Nodes;
 pub use radius::{CellList, Radius};
+pub use roots::Roots;
 
 /// The directed edges of one kind, in compressed rows by receiver.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,18 +67,10 @@ pub struct Graph {
 pub trait GraphPolicy: Send + Sync {
     /// The roots over these particles, which a rollout that starts from them keeps.
     fn roots(&self, _: &Particles) -> Roots {
-        Roots::none()
+        Roots::default()
     }
-    /// The graph over these particles, their roots and the tool at `poses`, having come from `before` in `interval` seconds.
-    fn connect(
-        &self,
-        particles: &Particles,
-        roots: &Arc<Roots>,
-        tool: &ToolShape,
-        before: &[Pose],
-        poses: &[Pose],
-        interval: f64,
-    ) -> Graph;
+    /// The edges between these nodes.
+    fn connect(&self, nodes: Nodes) -> Graph;
     /// Radius of the neighbourhood \[m\]: a message fades to zero there.
     fn reach(&self) -> f64;
 }

@@ -33,12 +33,11 @@ impl Nodes {
         interval: f64,
     ) -> Self {
         let receivers = particles.len() + roots.len();
-        let with_roots = |values: &[DVec3]| [values, &roots.means(values)].concat();
         let mut nodes = Self {
             particles: particles.len(),
             roots: Arc::clone(roots),
-            positions: with_roots(&particles.positions),
-            velocities: with_roots(&particles.velocities),
+            positions: roots.with_means(&particles.positions),
+            velocities: roots.with_means(&particles.velocities),
             normals: vec![DVec3::ZERO; receivers],
             parts: vec![None; receivers],
         };

@@ -1,11 +1,9 @@
 //! Nodes closer than a radius, found with a cell list in O(N).
-use super::{EDGE_KINDS, EdgeSet, Graph, GraphPolicy, Nodes, Roots, Window};
-use crate::state::{Particles, Pose, ToolShape};
-use anyhow::{Context, ensure};
+use super::{EDGE_KINDS, EdgeSet, Graph, GraphPolicy, Nodes, Window, kinds_named};
+use anyhow::ensure;
 use glam::{DVec3, IVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 /// Config of [`Radius`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,26 +44,12 @@ impl Radius {
     /// When the radius is no length, or a name is no kind's.
     pub(super) fn new(radius: f64, edges: &[String]) -> anyhow::Result<Self> {
         ensure!(radius > 0.0 && radius.is_finite(), "graph.radius must be a positive length, got {radius}");
-        let known = || EDGE_KINDS.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
-        let place = |name: &String| {
-            let found = EDGE_KINDS.iter().position(|k| k.name() == name);
-            found.with_context(|| format!("graph.edges names {name:?}; known edge kinds are {}", known()))
-        };
-        Ok(Self { radius, kinds: edges.iter().map(place).collect::<Result<_, _>>()? })
+        Ok(Self { radius, kinds: kinds_named("graph.edges", edges)? })
     }
 }
 
 impl GraphPolicy for Radius {
-    fn connect(
-        &self,
-        particles: &Particles,
-        roots: &Arc<Roots>,
-        tool: &ToolShape,
-        before: &[Pose],
-        poses: &[Pose],
-        interval: f64,
-    ) -> Graph {
-        let nodes = Nodes::gather(particles, roots, tool, before, poses, interval);
+    fn connect(&self, nodes: Nodes) -> Graph {
         let cells = CellList::new(&nodes.positions[..nodes.floor()], self.radius);
         let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         for &kind in &self.kinds {

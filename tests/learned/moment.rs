@@ -1,6 +1,6 @@
 //! Particles, a tool and roots at one moment, and laws to ask about it.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Roots};
+use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
 use pliant::model::net::Sharing;
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist};
@@ -63,7 +63,7 @@ impl Moment {
         let spec =
             json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
         let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
-        policy.connect(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL)
+        policy.connect(Nodes::gather(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL))
     }
 
     pub(crate) fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {

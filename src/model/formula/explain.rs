@@ -1,7 +1,6 @@
 //! What becomes of a formula, as text.
 use super::check::Verdict;
 use super::compile::compile;
-use super::error::FormulaError;
 use super::expression::Expressions;
 use super::interval::Interval;
 use super::parse::{Names, unknown};
@@ -16,7 +15,7 @@ use anyhow::{bail, ensure};
 /// The formula's own, and where `wrt` or a range names what is not in it.
 pub fn explain(text: &str, wrt: &str, ranges: &[Range]) -> anyhow::Result<String> {
     let mut e = Expressions::default();
-    let formula = e.parse(text, Names::Any).map_err(|error: FormulaError| anyhow::anyhow!("{error}"))?;
+    let formula = e.parse(text, Names::Any)?;
     let names = e.names().to_vec();
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     for name in ranges.iter().map(|range| range.name.as_str()).chain([wrt]) {

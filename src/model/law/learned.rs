@@ -1,10 +1,10 @@
 //! A network as a law: what moves a particle beyond what anyone wrote down.
 use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
-use crate::graph::EDGE_KINDS;
+use crate::graph::kinds_named;
 use crate::model::net::{Architecture, Features, Network, Sharing};
 use crate::state::{ParticlesGrad, PoseGrad, Twist};
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,12 +52,7 @@ impl LearnedSpec {
         for (key, value) in [("radius", self.radius), ("scale", self.scale)] {
             ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
         }
-        let known = || EDGE_KINDS.iter().map(|k| k.name()).collect::<Vec<_>>().join(", ");
-        let place = |name: &String| {
-            let found = EDGE_KINDS.iter().position(|k| k.name() == name);
-            found.with_context(|| format!("edges names {name:?}; known edge kinds are {}", known()))
-        };
-        let kinds: Vec<_> = self.edges.iter().map(place).collect::<Result<_, _>>()?;
+        let kinds = kinds_named("edges", &self.edges)?;
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
         }

@@ -28,10 +28,9 @@ impl Nodes {
     /// Rows as in [`crate::graph::Nodes`]. With `u = R s` for the sample s: `p = u + t`, `v = linear + angular × u`, `n = R n₀`.
     fn of(view: &View<'_>) -> Self {
         let roots = &view.graph.nodes.roots;
-        let with_roots = |values: &[DVec3]| [values, &roots.means(values)].concat();
         let mut nodes = Self {
-            positions: with_roots(&view.particles.positions),
-            velocities: with_roots(&view.particles.velocities),
+            positions: roots.with_means(&view.particles.positions),
+            velocities: roots.with_means(&view.particles.velocities),
             normals: vec![DVec3::ZERO; view.particles.len() + roots.len()],
         };
         for (_, pose, twist, point) in samples(view) {
@@ -179,10 +178,8 @@ impl Features {
                 reach.pull_edge((i, j), g, at_window, per_speed, &mut at_nodes);
             }
         }
-        let (positions, of_roots) = at_nodes.positions.split_at_mut(particles);
-        roots.means_vjp(&of_roots[..roots.len()], positions);
-        let (velocities, of_roots) = at_nodes.velocities.split_at_mut(particles);
-        roots.means_vjp(&of_roots[..roots.len()], velocities);
+        roots.with_means_vjp(&mut at_nodes.positions);
+        roots.with_means_vjp(&mut at_nodes.velocities);
         for i in 0..particles {
             grad.particles.positions[i] += at_nodes.positions[i];
             grad.particles.velocities[i] += at_nodes.velocities[i];

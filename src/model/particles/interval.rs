@@ -1,7 +1,7 @@
 //! One control interval of a particle model: held accelerations, then substeps.
 use super::neighbours::{Lists, Neighbours};
 use super::{ParticleModel, ParticleState};
-use crate::graph::Graph;
+use crate::graph::{Graph, Nodes};
 use crate::model::law::{Law, Rate, View};
 use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
@@ -41,7 +41,8 @@ impl<'a> Interval<'a> {
     fn hold(&self) -> Option<(Graph, Vec<DVec3>)> {
         let policy = self.model.graph.as_ref().filter(|_| self.model.laws(Rate::Step).next().is_some())?;
         let (state, poses) = (self.state, &self.control.poses);
-        let graph = policy.connect(&state.particles, &state.roots, &state.tool, &state.poses, poses, state.interval);
+        let nodes = Nodes::gather(&state.particles, &state.roots, &state.tool, &state.poses, poses, state.interval);
+        let graph = policy.connect(nodes);
         let mut acceleration = vec![DVec3::ZERO; state.particles.len()];
         let view = self.view(&state.particles, &graph, poses);
         self.model.laws(Rate::Step).for_each(|(law, _)| law.accelerate(&view, &mut acceleration));

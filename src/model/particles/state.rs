@@ -41,7 +41,7 @@ impl ParticleState {
         let particles =
             Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
         Self {
-            roots: Arc::new(graph.map_or_else(Roots::none, |graph| graph.roots(&particles))),
+            roots: Arc::new(graph.map(|graph| graph.roots(&particles)).unwrap_or_default()),
             particles,
             order: order.into(),
             tool: Arc::clone(&scene.tool),
