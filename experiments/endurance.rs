@@ -1,9 +1,10 @@
 //! Claim: a thousand random actions of all tools leave every kind of material whole (and two hundred every other preset): nothing
 //! explodes, nothing falls through the table, and what leaves the workspace is counted.
 //!
-//! Command: `cargo run --release --bin experiments -- endurance`, about 45 minutes. Table: `paper/tables/endurance.tex`.
+//! Command: `cargo run --release --bin experiments -- endurance`, about 45 minutes; stopped, it goes on with the materials that it has
+//! not finished, found under `runs/endurance`. Table: `paper/tables/endurance.tex`.
 use crate::claim::{Experiment, Rows, Size, number};
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use pliant::config;
 use pliant::data::{DatasetSpec, random_action};
 use pliant::state::stream;
@@ -14,7 +15,7 @@ use pliant::world::{SceneSpec, World};
 use rand::Rng;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) const CLAIM: Experiment = Experiment {
@@ -25,12 +26,9 @@ pub(crate) const CLAIM: Experiment = Experiment {
     table,
 };
 
-/// Every material with the number of its episodes, a scene to put it in, what the scene changes, and the least height of a particle
-/// \[m\]: half a radius into the table, where the particles of grains are their middles.
-const CASES: &[(&str, u64, &str, &[&str], f64)] = &[
-    ("dough", 200, "dough", &[], -0.00125),
-    ("play_doh", 40, "dough", &[], -0.00125),
-    ("clay", 40, "dough", &[], -0.00125),
+/// Every material. The least height is half a radius into the table, where the particles of grains are their middles; what
+/// takes longest comes last.
+const CASES: &[Case] = &[
     ("beans", 200, "pile", &["scene.particles=40"], 0.00175),
     ("rice", 40, "pile", &["scene.particles=40"], 0.00075),
     ("granola", 40, "pile", &["scene.particles=40"], 0.0005),
@@ -38,6 +36,9 @@ const CASES: &[(&str, u64, &str, &[&str], f64)] = &[
     ("candy", 40, "pile", &["scene.particles=40"], 0.002),
     ("wood", 200, "slide", &[], -0.0025),
     ("water", 200, "fluid_shake", &["scene.walls={x=[-0.08,0.08],y=[-0.08,0.08]}"], -0.0025),
+    ("dough", 200, "dough", &[], -0.00125),
+    ("play_doh", 40, "dough", &[], -0.00125),
+    ("clay", 40, "dough", &[], -0.00125),
 ];
 /// Actions on one start before the next is drawn.
 const ACTIONS: usize = 5;
@@ -48,38 +49,55 @@ const WORKSPACE: f64 = 0.25;
 /// A particle faster than this has not been pushed but thrown \[m/s\]; tools move at 0.2 m/s, a fall of 20 cm ends at 2 m/s.
 const THROWN: f64 = 2.0;
 
+/// A material with the number of its episodes, a scene to put it in, what the scene changes, and the least height allowed \[m\].
+type Case = (&'static str, u64, &'static str, &'static [&'static str], f64);
+
 fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let (cases, most) = match size {
         Size::Paper => (CASES, u64::MAX),
-        Size::Smoke => (&CASES[3..4], 2),
+        Size::Smoke => (&CASES[..1], 2),
     };
-    let mut rows = Vec::new();
-    for (material, episodes, scene, changes, least) in cases {
-        let episodes = most.min(*episodes);
-        let tools = format!("tool=[{}]", config::stems("configs/tool".as_ref()).join(","));
-        let own = [format!("scene={scene}"), format!("scene.material={material}"), tools];
-        let changes: Vec<String> = own.into_iter().chain(changes.iter().map(|c| (*c).to_owned())).collect();
-        let spec = config::load::<DatasetSpec>("configs/dataset/dough.toml".as_ref(), &changes)?.spec;
-        let built = |(name, tool): (&String, &ToolSpec)| Ok((name.clone(), tool.clone().build()?));
-        let tools = spec.tool.iter().map(built).collect::<anyhow::Result<Vec<_>>>()?;
-        let bar = watch.stage(material, episodes);
-        let clock = Instant::now();
-        let worked = (0..episodes).into_par_iter().map(|k| {
-            watch.go_on(|| "stopped; nothing is kept of a material that was not finished".into())?;
-            let marks = Marks::of(&spec.scene, &tools, k);
-            bar.inc(1);
-            marks
-        });
-        let all = worked.try_reduce(Marks::default, |a, b| Ok(a.and(b)))?;
-        bar.finish_and_clear();
-        ensure!(all.actions > 0, "{material}: no action was executed");
-        rows.push(json!({ "material": material, "scene": scene, "tools": tools.len(), "actions": all.actions,
-            "not_finite": all.not_finite, "lowest": all.lowest.0, "lowest_by": all.lowest.1, "least": least,
-            "fastest": all.fastest.0, "fastest_by": all.fastest.1, "left": all.left,
-            "particles": all.particles, "least_volume": all.volume[0], "greatest_volume": all.volume[1],
-            "seconds": clock.elapsed().as_secs_f64() }));
+    cases.iter().map(|case| kept_or_made(case, most.min(case.1), watch)).collect()
+}
+
+/// The row of one material, made unless the same was made before.
+fn kept_or_made(case: &Case, episodes: u64, watch: &Watch) -> anyhow::Result<Value> {
+    let (material, _, scene, changes, least) = case;
+    let tools = format!("tool=[{}]", config::stems("configs/tool".as_ref()).join(","));
+    let own = [format!("scene={scene}"), format!("scene.material={material}"), tools];
+    let changes: Vec<String> = own.into_iter().chain(changes.iter().map(|c| (*c).to_owned())).collect();
+    let spec = config::load::<DatasetSpec>("configs/dataset/dough.toml".as_ref(), &changes)?.spec;
+    let mark = config::fingerprint(&(&spec, episodes, ACTIONS, STEPS, WORKSPACE));
+    let path = PathBuf::from(format!("runs/endurance/{material}-{mark}.json"));
+    if !path.exists() {
+        let row = endure(material, &spec, episodes, watch)?;
+        config::write_whole(&path, row.to_string().as_bytes())?;
     }
-    Ok(rows)
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let row = serde_json::from_str::<Value>(&text);
+    let mut row = row.with_context(|| format!("{} holds no row; remove it", path.display()))?;
+    (row["material"], row["scene"], row["least"]) = (json!(material), json!(scene), json!(least));
+    Ok(row)
+}
+
+fn endure(material: &str, spec: &DatasetSpec, episodes: u64, watch: &Watch) -> anyhow::Result<Value> {
+    let built = |(name, tool): (&String, &ToolSpec)| Ok((name.clone(), tool.clone().build()?));
+    let tools = spec.tool.iter().map(built).collect::<anyhow::Result<Vec<_>>>()?;
+    let bar = watch.stage(material, episodes);
+    let clock = Instant::now();
+    let worked = (0..episodes).into_par_iter().map(|k| {
+        watch.go_on(|| "stopped; finished materials are kept, the same command goes on".into())?;
+        let marks = Marks::of(&spec.scene, &tools, k);
+        bar.inc(1);
+        marks
+    });
+    let all = worked.try_reduce(Marks::default, |a, b| Ok(a.and(b)))?;
+    bar.finish_and_clear();
+    ensure!(all.actions > 0, "{material}: no action was executed");
+    Ok(json!({ "tools": tools.len(), "actions": all.actions, "not_finite": all.not_finite,
+        "lowest": all.lowest.0, "lowest_by": all.lowest.1, "fastest": all.fastest.0, "fastest_by": all.fastest.1,
+        "left": all.left, "particles": all.particles, "least_volume": all.volume[0],
+        "greatest_volume": all.volume[1], "seconds": clock.elapsed().as_secs_f64() }))
 }
 
 /// What happened to the particles of some episodes.

@@ -91,8 +91,11 @@ impl Push {
         let clock = cpu_seconds()?;
         (1..=self.controls).for_each(|step| world.step(&Control { poses: at(step) }));
         let used = cpu_seconds()? - clock;
-        let moved = before.iter().zip(world.all_positions()).map(|(a, b)| (b - a).x).sum::<f64>() / before.len() as f64;
-        Ok(json!({ "engine": "pliant", "cpu_seconds": used, "moved": moved }))
+        let after = world.all_positions();
+        let moved = before.iter().zip(&after).map(|(a, b)| (b - a).x).sum::<f64>() / before.len() as f64;
+        let mut row = json!({ "engine": "pliant", "cpu_seconds": used, "moved": moved });
+        judge(&mut row, &after);
+        Ok(row)
     }
 
     fn theirs(&self, peer: &Peer, solvers: &[&str]) -> anyhow::Result<Vec<Value>> {
@@ -103,8 +106,29 @@ impl Push {
         let scene = json!({ "positions": positions, "radius": RADIUS, "density": 1400.0, "friction": 0.15,
             "board": { "half": self.half.to_array(), "start": self.start.to_array() }, "speed": SPEED, "dt": 0.002,
             "steps": self.controls * CHUNK, "chunk": CHUNK, "solvers": solvers });
-        peer.run("mujoco_push.py", &scene)
+        let mut rows = peer.run("mujoco_push.py", &scene)?;
+        for row in &mut rows {
+            let positions = row.as_object_mut().and_then(|row| row.remove("positions")).unwrap_or_default();
+            let positions: Vec<[f64; 3]> = serde_json::from_value(positions).context("the peer gave no positions")?;
+            judge(row, &positions.into_iter().map(DVec3::from).collect::<Vec<_>>());
+        }
+        Ok(rows)
     }
+}
+
+/// Adds how well a solver kept the balls apart: `overlap`, how deep they are in one another and in the table, the mean over all
+/// balls of what each has, as a share of the radius; and `touching`, how many of those and of the table each is nearer to than 1 %.
+fn judge(row: &mut Value, positions: &[DVec3]) {
+    let (mut overlap, mut touching) = (0.0, 0);
+    for (i, a) in positions.iter().enumerate() {
+        let others = positions.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, b)| 2.0 * RADIUS - a.distance(*b));
+        for depth in others.chain([RADIUS - a.z]) {
+            overlap += depth.max(0.0);
+            touching += usize::from(depth > -0.01 * RADIUS);
+        }
+    }
+    let count = positions.len() as f64;
+    (row["overlap"], row["touching"]) = (json!(overlap / (RADIUS * count)), json!(touching as f64 / count));
 }
 
 /// Number of episodes made by this many threads, and how long that took \[s\].
@@ -127,6 +151,8 @@ fn load(changes: &[String]) -> anyhow::Result<DatasetSpec> {
         format!("scene.solver.steps={CHUNK}"),
         // One solution a step, as the peer's, where the shipped pile has four in a step five times as long.
         "scene.solver.substeps=1".into(),
+        "scene.solver.sweeps=1".into(),
+        "scene.material.rolling=0".into(),
     ];
     let changes: Vec<String> = fixed.into_iter().chain(changes.iter().cloned()).collect();
     Ok(config::load::<DatasetSpec>("configs/dataset/pile_push.toml".as_ref(), &changes)?.spec)
@@ -163,6 +189,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let thousands = |row: Option<&Value>| {
         row.map_or("–".into(), |row| format!("{:.1}", number(row, "particle_steps_per_second") / 1e3))
     };
+    let percent = |row: Option<&Value>| row.map_or("–".into(), |row| format!("{:.1}", 1e2 * number(row, "overlap")));
     let lines = counts.iter().map(|&count| {
         let (ours, peer) = (best(count, true), best(count, false));
         let ratio = ours
@@ -175,24 +202,31 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             engine,
             thousands(peer),
             ratio.map_or("–".into(), |r| format!("{r:.2}")),
+            percent(ours),
+            percent(peer),
         ]
     });
-    let header = ["balls", "ours [k/s]", "fastest peer", "peer [k/s]", "ratio"].map(String::from).to_vec();
+    let header = ["balls", "ours [k/s]", "fastest peer", "peer [k/s]", "ratio", "overlap [%]", "peer's [%]"];
     let cost = |count: Option<&f64>| {
         count.and_then(|c| best(*c, true)).map(|row| 1.0 / number(row, "particle_steps_per_second"))
     };
-    let growth = cost(counts.last()).zip(cost(counts.first())).map_or(f64::NAN, |(large, small)| large / small);
+    let ends = || counts.last().zip(counts.first());
+    let growth = ends().and_then(|(l, s)| Some(cost(Some(l))? / cost(Some(s))?)).unwrap_or(f64::NAN);
+    let touching = |count: &f64| best(*count, true).map(|row| number(row, "touching"));
+    let denser = ends().and_then(|(l, s)| Some(touching(l)? / touching(s)?)).unwrap_or(f64::NAN);
     let seconds = |threads: f64| {
         let made = rows.iter().filter(|row| row["what"] == "dataset" && number(row, "threads") == threads);
         made.map(|row| number(row, "seconds")).fold(f64::INFINITY, f64::min)
     };
     Ok(Grid {
         title: "Speed of the world: balls pushed by a board, thousands of particle steps a CPU second".into(),
-        header,
+        header: header.map(String::from).to_vec(),
         rows: lines.collect(),
         notes: vec![
             "best of all rounds, same balls, board and steps of 2 ms in the same run; the peer's fastest solver".into(),
+            "overlap: of a ball with others and the table at the end, as a share of its radius".into(),
             format!("time a particle step at the largest over the smallest: {growth:.2} (claim: below 1.5)"),
+            format!("of that, a ball of the largest touches more than one of the smallest: {denser:.2} times"),
             format!("a dataset on one core over two: {:.2} (claim: at least 1.8)", seconds(1.0) / seconds(2.0)),
         ],
     })

@@ -56,6 +56,7 @@ def run(scene, solver):
         "contacts": float(np.mean(contacts)),
         "moved": float(moved.mean()),
         "board": float(d.qpos[joint.qposadr[0]]),
+        "positions": d.xpos[2:].tolist(),
     }
 
 

@@ -170,6 +170,18 @@ impl Material for GrainsSpec {
         self.friction
     }
 
+    /// The engine's tolerances suit things about one unit long, so that a smaller grain would touch what it is not near to. What
+    /// stands still here is bounded by planes, which nothing is fast enough to pass: looking for that is spared.
+    fn tune(&self, scene: &SceneSpec, parameters: &mut IntegrationParameters) {
+        parameters.num_internal_pgs_iterations = scene.solver.sweeps;
+        let unit = length(2.0 * self.grain.reach()).min(parameters.length_unit);
+        let finer = parameters.length_unit / unit;
+        parameters.length_unit = unit;
+        parameters.normalized_max_corrective_velocity *= finer;
+        parameters.normalized_max_linear_velocity *= finer;
+        parameters.max_ccd_substeps = 0;
+    }
+
     fn settling(&self) -> f64 {
         2.0
     }
