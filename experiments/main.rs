@@ -7,6 +7,7 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod aggregation;
 mod claim;
 mod closed_loop;
 mod edge_types;
@@ -17,6 +18,7 @@ mod hybrid;
 mod metrics;
 mod peer;
 mod quickstart;
+mod rounds;
 mod speed;
 mod world;
 
@@ -27,6 +29,8 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
+    aggregation::CLAIM,
+    rounds::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
