@@ -9,14 +9,17 @@ use std::process::ExitCode;
 
 mod claim;
 mod closed_loop;
+mod cpu;
 mod edge_types;
 mod endurance;
 mod formula;
 mod hierarchy;
 mod hybrid;
 mod metrics;
+mod network_speed;
 mod peer;
 mod quickstart;
+mod random_graph;
 mod speed;
 mod world;
 
@@ -30,6 +33,7 @@ const EXPERIMENTS: &[Experiment] = &[
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
+    network_speed::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
 ];
