@@ -59,6 +59,9 @@ enum Verb {
         /// The page; by default beside the episode.
         #[arg(long)]
         to: Option<PathBuf>,
+        /// Write a recording for the Rerun viewer instead; needs the Cargo feature `rerun`.
+        #[arg(long, value_name = "FILE", conflicts_with = "to")]
+        rrd: Option<PathBuf>,
         /// A model of the comparison, to draw what it predicts from the first frame over what happened.
         #[arg(long, value_name = "NAME", requires = "compare")]
         model: Option<String>,
@@ -190,12 +193,18 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             to_stdout(&format!("{outcome}\n"))?;
             outcome.complete(watch)?;
         }
-        Verb::View { path, to, model, compare, overrides } => {
+        Verb::View { path, to, rrd, model, compare, overrides } => {
+            if rrd.is_some() {
+                pliant::view::can_write_rrd()?;
+            }
             let recording = Playback::open(&path)?;
             let predict = |(name, config): (String, PathBuf)| predict(&recording, &name, &config, &overrides, watch);
             let prediction = model.zip(compare).map(predict).transpose()?;
-            let page = recording.write_page(prediction.as_ref(), to.as_deref())?;
-            to_stdout(&format!("{}\n", page.display()))?;
+            let written = match rrd {
+                Some(rrd) => recording.write_rrd(prediction.as_ref(), &rrd).map(|()| rrd)?,
+                None => recording.write_page(prediction.as_ref(), to.as_deref())?,
+            };
+            to_stdout(&format!("{}\n", written.display()))?;
         }
         Verb::Formula { text, wrt, ranges } => to_stdout(&formula::explain(&text, &wrt, &ranges)?)?,
         Verb::Schema { of } => {

@@ -45,6 +45,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("hdf5_pure", &["src/data/export/"]),
     ("kuva", &["src/table/"]),
     ("base64", &["src/view/"]),
+    ("rerun", &["src/view/"]),
     ("clap", &["src/main.rs", "experiments/"]),
 ];
 

@@ -37,6 +37,18 @@ fn run(spec: &TrainSpec, model: &mut Toy, split: &Split, folder: &Path, watch: &
 }
 
 /// Lines of `metrics.jsonl` without the time they took.
+/// The steps of TensorBoard's events, none of which is above 127 here: the byte behind the time and the field's tag.
+fn event_steps(folder: &Path) -> Vec<u64> {
+    let bytes = std::fs::read(folder.join("events.out.tfevents.pliant")).unwrap();
+    let (mut rest, mut steps) = (&bytes[..], Vec::new());
+    while !rest.is_empty() {
+        let length = u64::from_le_bytes(rest[..8].try_into().unwrap()) as usize;
+        steps.push(u64::from(rest[12 + 10]));
+        rest = &rest[12 + length + 4..];
+    }
+    steps
+}
+
 fn journal(folder: &Path) -> Vec<serde_json::Value> {
     let text = std::fs::read_to_string(folder.join("metrics.jsonl")).unwrap();
     let line = |line| {
@@ -111,6 +123,7 @@ fn a_run_stopped_anywhere_ends_with_the_bits_of_one_that_was_not() {
     assert_eq!(journal(parts.path()), journal(whole.path()));
     let steps: Vec<u64> = journal(whole.path()).iter().map(|l| l["step"].as_u64().unwrap()).collect();
     assert_eq!(steps, (1..=12).map(|i| 5 * i).collect::<Vec<_>>());
+    assert_eq!(event_steps(parts.path()), [vec![0], steps].concat(), "the version's event, then one a line");
 }
 
 #[test]

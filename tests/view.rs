@@ -1,4 +1,5 @@
-//! The page that plays an episode: it stands alone, carries the recorded numbers, and nothing in a file can become markup.
+//! The page that plays an episode: it stands alone, carries the recorded numbers, and nothing in a file can become markup; the same
+//! numbers reach Rerun's recording.
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
 use glam::{DQuat, DVec3, Vec3};
@@ -193,6 +194,46 @@ fn a_prediction_lies_over_what_happened_with_its_error_in_every_frame() {
     assert!(rmse[15].is_null(), "what is no number has no finite error");
 }
 
+/// What a Rerun recording holds of points or vectors at `entity`: (frame, rows), the static ones left out.
+#[cfg(feature = "rerun")]
+fn logged(file: &Path, entity: &str, what: rerun::ComponentDescriptor) -> Vec<(i64, Vec<f32>)> {
+    use rerun::{external::re_log_encoding::DecoderApp, log::Chunk, log::LogMsg};
+    let reader = std::io::BufReader::new(std::fs::File::open(file).unwrap());
+    let mut found = Vec::new();
+    for message in DecoderApp::decode_lazy(reader) {
+        let LogMsg::ArrowMsg(_, message) = message.unwrap() else { continue };
+        let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        if *chunk.entity_path() == rerun::EntityPath::from(entity) && !chunk.is_static() {
+            let frames = chunk.iter_component_indices("frame".into(), what.component).map(|(t, _)| t.as_i64());
+            let rows = chunk.iter_slices::<[f32; 3]>(what.component).map(|rows| rows.as_flattened().to_vec());
+            found.extend(frames.zip(rows));
+        }
+    }
+    found.sort_by_key(|(frame, _)| *frame);
+    found
+}
+
+#[cfg(feature = "rerun")]
+#[test]
+fn the_recording_for_rerun_holds_the_recorded_numbers_in_their_frames() {
+    use rerun::{Arrows3D, Points3D, Transform3D};
+    let (_folder, path) = dataset("press_square");
+    let (recording, file) = (Playback::open(&path).unwrap(), path.with_extension("rrd"));
+    let states = &recording.episode.states;
+    let prediction = Prediction { model: "still".into(), rollout: vec![states[0].clone(); 16] };
+    recording.write_rrd(Some(&prediction), &file).unwrap();
+    let frames = |of: &[Particles]| (0..).zip(of).map(|(t, x)| (t, rows(std::slice::from_ref(x)))).collect::<Vec<_>>();
+    assert_eq!(logged(&file, "particles", Points3D::descriptor_positions()), frames(states));
+    assert_eq!(logged(&file, "predicted", Points3D::descriptor_positions()), frames(&prediction.rollout));
+    let tool: Vec<_> =
+        (0..16).map(|t| recording.episode.poses(t)[0].translation.as_vec3().to_array().to_vec()).collect();
+    assert_eq!(logged(&file, "tool/0", Transform3D::descriptor_translation()), (0..).zip(tool).collect::<Vec<_>>());
+    let forces = logged(&file, "forces", Arrows3D::descriptor_vectors());
+    let sizes: Vec<usize> = forces.iter().map(|(_, rows)| rows.len()).collect();
+    assert_eq!(sizes, [vec![0], vec![900; 14], vec![0]].concat());
+    assert!(forces.iter().flat_map(|(_, rows)| rows).all(|f| f.abs() < 1e-6), "they sink at a constant speed");
+}
+
 fn pliant(folder: &Path, words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_pliant")).current_dir(folder).args(words).output().expect("the program starts")
 }
@@ -222,6 +263,14 @@ fn the_command_writes_beside_the_episode_and_bad_input_overwrites_nothing() {
     let itself = complaint(&pliant(here, &["view", "episode_00002.npz", "--to", "./episode_00002.npz"]));
     assert!(itself.contains("is the episode itself"), "{itself}");
     assert!(complaint(&pliant(here, &["view", "episode_00002.npz", "--model", "learned"])).contains("--compare"));
+    let rrd = pliant(here, &["view", "episode_00002.npz", "--rrd", "a.rrd"]);
+    if cfg!(feature = "rerun") {
+        assert!(rrd.status.success() && std::fs::read(here.join("a.rrd")).unwrap().starts_with(b"RRF"));
+        let itself = complaint(&pliant(here, &["view", "episode_00002.npz", "--rrd", "episode_00002.npz"]));
+        assert!(itself.contains("is the episode itself"), "{itself}");
+    } else {
+        assert!(complaint(&rrd).contains("--features rerun") && !here.join("a.rrd").exists());
+    }
     let whole = std::fs::read(&path).unwrap();
     for keep in [0, 40, whole.len() / 2, whole.len() - 1] {
         std::fs::write(&path, &whole[..keep]).unwrap();

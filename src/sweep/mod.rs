@@ -45,6 +45,9 @@ pub struct SweepSpec {
     /// Seeds to repeat every trial with, each given to it as `seeds=[s]`; none leaves the seeds of the base.
     #[serde(default)]
     pub seeds: Vec<u64>,
+    /// Further keys that are given each of the seeds, such as those of a fit, so that repetitions share nothing.
+    #[serde(default)]
+    pub seeded: Vec<String>,
     /// Trials running at once.
     #[serde(default = "one")]
     #[schemars(range(min = 1, max = 4096))]

@@ -29,15 +29,13 @@ pub fn plan(spec: &SweepSpec) -> Vec<Trial> {
             [] => vec![None],
             seeds => seeds.iter().copied().map(Some).collect(),
         };
-        seeds.into_iter().map(move |seed| Trial {
-            overrides: spec
-                .set
-                .iter()
-                .chain(&overrides)
-                .cloned()
-                .chain(seed.map(|seed| format!("seeds=[{seed}]")))
-                .collect(),
-            label: label.clone(),
+        seeds.into_iter().map(move |seed| {
+            let seeded = seed.into_iter().flat_map(|seed| {
+                let further = spec.seeded.iter().map(move |key| format!("{key}={seed}"));
+                std::iter::once(format!("seeds=[{seed}]")).chain(further)
+            });
+            let overrides = spec.set.iter().chain(&overrides).cloned().chain(seeded).collect();
+            Trial { overrides, label: label.clone() }
         })
     });
     repeated.collect()
@@ -73,5 +71,13 @@ mod tests {
         assert_eq!(overrides, wanted);
         assert_eq!(trials[1].label, "baseline");
         assert_eq!(trials[4].label, trials[5].label);
+    }
+
+    #[test]
+    fn further_keys_get_each_seed_and_no_place_in_the_name() {
+        let trials = plan(&spec(json!({ "base": "b", "seeds": [3, 4], "seeded": ["fit.seed", "laws.0.seed"] })));
+        let overrides: Vec<String> = trials.iter().map(|trial| trial.overrides.join(" ")).collect();
+        assert_eq!(overrides, ["seeds=[3] fit.seed=3 laws.0.seed=3", "seeds=[4] fit.seed=4 laws.0.seed=4"]);
+        assert!(trials.iter().all(|trial| trial.label == "baseline"));
     }
 }

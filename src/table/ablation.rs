@@ -4,6 +4,7 @@ use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
 use indexmap::IndexMap;
+use std::collections::BTreeMap;
 
 /// One row of a sweep: the attempt, and which trial made it.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +26,8 @@ impl TrialRow {
     }
 }
 
-/// One line per (change, model): held-out prediction error, achieved cost, and the paired difference to a reference line.
+/// One line per (change, model): held-out prediction error, achieved cost, and the paired difference to a reference line; where every
+/// seed has a fit of its own, also which changes predict better than their reference.
 ///
 /// `name` turns a change into what the table calls it; `reference` gives the (change, model) that a line is compared with,
 /// attempt by attempt (same planner, goal and seed).
@@ -44,9 +46,19 @@ pub fn ablation<'a>(
         let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
         Interval::over_seeds(paired(mine.iter().copied(), base.iter().copied()))
     };
+    // Differences of fits of equal seeds, where there are several.
+    let prediction = |(change, model), mine: &[&Row]| {
+        let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
+        let base: BTreeMap<u64, f64> = base.iter().filter_map(|row| Some((row.seed, row.rollout?))).collect();
+        let paired = mine.iter().filter_map(|row| Some((row.seed, row.rollout? - base.get(&row.seed)?)));
+        Interval::over_seeds(paired)
+    };
     let own = |(change, model): (&'a str, &'a str)| (change, model) == reference(change, model);
     let line = |(&(change, model), mine): (&(&'a str, &'a str), &Vec<&Row>)| {
-        let millimetres = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{:.2}", 1e3 * x));
+        let error = |of: fn(&Row) -> Option<f64>| match repeated(mine) {
+            true => Interval::millimetres(Interval::over_seeds(mine.iter().filter_map(|r| Some((r.seed, of(r)?))))),
+            false => of(mine[0]).map_or("–".to_owned(), |x| format!("{:.2}", 1e3 * x)),
+        };
         let achieved = Interval::over_seeds(mine.iter().filter_map(|r| Some((r.seed, r.achieved?))));
         let delta = match own((change, model)) {
             true => "reference".to_owned(),
@@ -55,26 +67,75 @@ pub fn ablation<'a>(
         vec![
             name(change),
             model.to_owned(),
-            millimetres(mine[0].one_step),
-            millimetres(mine[0].rollout),
+            error(|row| row.one_step),
+            error(|row| row.rollout),
             Interval::millimetres(achieved),
             delta,
             mine.len().to_string(),
         ]
     };
     let others = groups.iter().filter(|(key, _)| !own(**key));
-    let others = others.map(|(key, mine)| (format!("{} / {}", name(key.0), key.1), difference(*key, mine)));
-    let notes = vec![
-        "one step, rollout: root mean square error on held-out episodes, one fit each".to_owned(),
+    let named: Vec<_> = others.map(|(key, mine)| (format!("{} / {}", name(key.0), key.1), *key, mine)).collect();
+    let achieved = named.iter().map(|(label, key, mine)| (label.clone(), difference(*key, mine)));
+    let several = groups.values().any(|mine| repeated(mine));
+    let fits = if several { "mean ± 95 % interval over fits, one a seed" } else { "one fit each" };
+    let mut notes = vec![
+        format!("one step, rollout: root mean square error on held-out episodes, {fits}"),
         "achieved: mean ± 95 % interval over seeds, each the mean over goals and planners; Δ reference: minus the reference \
          of the same block, paired by goal, planner and seed; negative is better"
             .to_owned(),
-        format!("achieved cost against the reference: {}", verdict(others)),
+        format!("achieved cost against the reference: {}", verdict(achieved)),
     ];
+    if several {
+        let predicted = named.iter().map(|(label, key, mine)| (label.clone(), prediction(*key, mine)));
+        notes.push(format!("rollout error against the reference, paired by seed: {}", verdict(predicted)));
+    }
     Grid {
         title: title.to_owned(),
         header: header.map(String::from).to_vec(),
         rows: groups.iter().map(line).collect(),
         notes,
+    }
+}
+
+/// Whether the rows are of several fits.
+fn repeated(rows: &[&Row]) -> bool {
+    rows.iter().any(|row| row.rollout != rows[0].rollout)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn trial(change: &str, seed: u64, rollout: f64) -> TrialRow {
+        let row = json!({ "change": change, "model": "learned", "planner": "cem", "goal": "disc", "seed": seed, "control": "open",
+            "tools": [], "actions": [], "predicted": null, "achieved": 0.008, "start": 0.01, "one_step": 0.5 * rollout,
+            "rollout": rollout, "metrics": {}, "floors": {}, "rollouts": 1, "gradients": 0, "not_finite": 0, "seconds": 0.0,
+            "commit": "", "fingerprint": "" });
+        TrialRow::read(&row).unwrap()
+    }
+
+    fn table(rows: &[TrialRow]) -> Grid {
+        ablation("", rows, str::to_owned, |_, model| ("baseline", model))
+    }
+
+    #[test]
+    fn fits_of_equal_seeds_are_compared_whatever_differs_between_seeds() {
+        let pairs = [("baseline", 0.0), ("better", -1e-3)];
+        // Seeds differ by far more than the change does.
+        let rows = pairs.map(|(change, less)| (1..=3).map(move |seed| trial(change, seed, 0.01 * seed as f64 + less)));
+        let grid = table(&rows.into_iter().flatten().collect::<Vec<_>>());
+        assert_eq!(grid.rows[0][2], "10.00 ± 12.42", "t₀.₉₇₅(2) = 4.303 times 5 mm over √3");
+        assert!(grid.notes[3].ends_with("lower: better / learned"), "{}", grid.notes[3]);
+    }
+
+    #[test]
+    fn one_fit_has_no_interval_and_decides_nothing() {
+        let rows: Vec<_> =
+            (1..=3).flat_map(|seed| [trial("baseline", seed, 0.01), trial("worse", seed, 0.02)]).collect();
+        let grid = table(&rows);
+        assert_eq!([&grid.rows[0][3], &grid.rows[1][3]], ["10.00", "20.00"]);
+        assert_eq!(grid.notes.len(), 3, "nothing is said of predictions");
     }
 }

@@ -123,7 +123,7 @@ impl Identifier {
 
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         let identity = json!([spec, model, scale, windows.len()]).to_string();
-        let mut journal = Journal::open(&folder.join("metrics.jsonl"), 0)?;
+        let mut journal = Journal::open(folder, 0)?;
         let bar = watch.stage("identify", spec.evaluations as u64);
         let search = Search {
             start: before.iter().zip(spec.constants.values()).map(|(c, bounds)| place(*c, *bounds)).collect(),

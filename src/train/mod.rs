@@ -6,6 +6,7 @@ mod adam;
 mod checkpoint;
 mod constants;
 mod evaluate;
+mod events;
 mod fit;
 mod identify;
 mod identify_spec;

@@ -60,7 +60,7 @@ struct Line {
 impl Trainer {
     /// Trains `model` in place, or goes on where a run in `folder` stopped.
     ///
-    /// Writes `checkpoint.bin`, `metrics.jsonl` and, at the end, `train.json` into `folder`. The weights at the end do
+    /// Writes `checkpoint.bin`, `metrics.jsonl`, the same for TensorBoard and, at the end, `train.json` into `folder`. The weights at the end do
     /// not depend on the number of threads, nor on where the run was stopped in between.
     ///
     /// # Errors
@@ -87,7 +87,7 @@ impl Trainer {
         let path = folder.join("checkpoint.bin");
         let identity = self.identity(&weights, scale)?;
         let mut state = load(&path, &identity)?.unwrap_or_else(|| Checkpoint::new(weights));
-        let mut journal = Journal::open(&folder.join("metrics.jsonl"), state.step)?;
+        let mut journal = Journal::open(folder, state.step)?;
         let bar = watch.stage("train", spec.steps).with_position(state.step);
         bar.reset_eta();
         let before = state.seconds;

@@ -3,7 +3,6 @@ use super::edges::{Count, counts};
 use super::facets::facets;
 use super::{Playback, Prediction};
 use crate::graph::near_kinds;
-use crate::shape::spacing;
 use crate::state::{Part, Particles, Pose};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
@@ -116,8 +115,7 @@ impl<'a> Data<'a> {
             None => episode.start.iter().map(|_| Shape::default()).collect(),
         };
         let start = &episode.states[0].positions;
-        // A lone particle has room around it, and so have those that coincide.
-        let spacing = spacing(start).filter(|distance| *distance > 0.0).unwrap_or(0.01);
+        let spacing = recording.spacing();
         let radius = (1.5e4 * spacing).round().clamp(10.0, 1e4) as u32;
         Self {
             title: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),

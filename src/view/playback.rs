@@ -1,5 +1,6 @@
 //! An episode, and what the folder it lies in says of it.
 use crate::data::{DatasetSpec, Episode};
+use crate::shape;
 use crate::state::ToolShape;
 use anyhow::{Context, bail, ensure};
 use std::path::{Path, PathBuf};
@@ -49,6 +50,13 @@ impl Playback {
         );
         episode.tool = origin.tool;
         Ok(Self { path: path.to_owned(), episode, shape: Some(origin.shape), pieces: origin.pieces })
+    }
+
+    /// Median distance of a particle to its nearest neighbour in the first frame \[m\].
+    pub(super) fn spacing(&self) -> f64 {
+        let distance = shape::spacing(&self.episode.states[0].positions);
+        // A lone particle has room around it, and so have those that coincide.
+        distance.filter(|distance| *distance > 0.0).unwrap_or(0.01)
     }
 }
 

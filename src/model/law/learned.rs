@@ -2,7 +2,7 @@
 use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
 use crate::graph::kinds_named;
-use crate::model::net::{Architecture, Features, Network, Sharing};
+use crate::model::net::{Aggregation, Architecture, Features, Network, Sharing};
 use crate::state::{ParticlesGrad, PoseGrad, Twist};
 use anyhow::ensure;
 use glam::DVec3;
@@ -23,6 +23,9 @@ pub struct LearnedSpec {
     pub rounds: usize,
     /// Whether rounds share weights.
     pub sharing: Sharing,
+    /// How the messages that a node receives become one.
+    #[serde(default)]
+    pub aggregation: Aggregation,
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
@@ -56,8 +59,8 @@ impl LearnedSpec {
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
         }
-        let Self { width, rounds, sharing, edges, radius, scale, frame, seed, weights } = self;
-        let mut network = Network::new(Architecture { width, rounds, sharing, edges }, seed);
+        let Self { width, rounds, sharing, aggregation, edges, radius, scale, frame, seed, weights } = self;
+        let mut network = Network::new(Architecture { width, rounds, sharing, aggregation, edges }, seed);
         if let Some(path) = &weights {
             network.load(path)?;
         }

@@ -1,4 +1,5 @@
 //! The shapes of a network's weights, their names and how they start.
+use super::Aggregation;
 use super::input::{EDGE_FEATURES, NODE_FEATURES};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -25,6 +26,9 @@ pub struct Architecture {
     pub rounds: usize,
     /// Whether rounds share weights.
     pub sharing: Sharing,
+    /// How messages become one.
+    #[serde(default)]
+    pub aggregation: Aggregation,
     /// Names of the edge kinds that have an edge network, in order.
     pub edges: Vec<String>,
 }

@@ -1,4 +1,5 @@
-//! Messages of one edge kind, summed at their receivers, as one operation.
+//! Messages of one edge kind, aggregated at their receivers, as one operation.
+use super::aggregation::{Aggregation, Winners};
 use super::input::Links;
 use super::product::{Block, multiply, multiply_add};
 use super::record::{Matrix, Record, Wanted, add_rows, entries, gradient, taken};
@@ -6,8 +7,6 @@ use super::squareplus::{slope, squareplus};
 use dfdx::prelude::{Cpu, HasShape, Tape};
 use std::sync::Arc;
 
-/// Constant factor c of every message: about one over the number of neighbours that count.
-const SCALE: f32 = 0.2;
 /// Edges at a time: a block of both hidden layers stays in the first two caches.
 const BLOCK: usize = 192;
 
@@ -26,13 +25,13 @@ pub(super) struct EdgeInput {
     pub(super) links: Arc<Links>,
     /// (E, features).
     pub(super) features: Matrix,
-    /// (E, 1).
+    /// (E, 1); behind [`Aggregation::shares`] what multiplies each message.
     pub(super) window: Matrix,
 }
 
-/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ` with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes; (M, W) → (rows, W).
+/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ`, or the greatest `wᵢⱼ zᵢⱼ`, with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes; (M, W) → (rows, W).
 ///
-/// The edge network's last, linear layer is left to the caller: `Σⱼ wᵢⱼ (zᵢⱼ W₃) = (Σⱼ wᵢⱼ zᵢⱼ) W₃` exactly, one product a
+/// The edge network's last, linear layer is left to the caller: of sums `Σⱼ wᵢⱼ (zᵢⱼ W₃) = (Σⱼ wᵢⱼ zᵢⱼ) W₃` exactly, one product a
 /// node instead of one an edge. Likewise `[hᵢ, hⱼ, f] W₁ = (h Wᵣ)ᵢ + (h Wₛ)ⱼ + f W_f`: two of three products are per node.
 pub(super) fn message<T: Tape<f32, Cpu>>(
     record: &mut Record<T>,
@@ -40,6 +39,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     nodes: &Matrix,
     edges: &EdgeInput,
     weights: &Weights,
+    aggregation: Aggregation,
 ) -> Matrix {
     let width = nodes.shape().1;
     let count = edges.links.len();
@@ -54,6 +54,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let kept = if T::OWNS_TAPE { count } else { count.min(BLOCK) };
     let (mut first, mut hidden) = (vec![0.0; kept * width], vec![0.0; kept * width]);
     let mut sums = vec![0.0; rows * width];
+    let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, rows, width));
     for start in (0..count).step_by(BLOCK) {
         let end = count.min(start + BLOCK);
         let place = if T::OWNS_TAPE { start * width..end * width } else { 0..(end - start) * width };
@@ -66,12 +67,19 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         multiply(Block::new(first, width), Block::new(entries(&weights.hidden.0), width), hidden);
         let bias = entries(&weights.hidden.1);
         let window = &entries(&edges.window)[start..end];
-        for ((row, (i, _)), w) in hidden.chunks_exact_mut(width).zip(edges.links.pairs(start, end)).zip(window) {
-            let (sum, w) = (&mut sums[i * width..][..width], SCALE * w);
-            row.iter_mut().zip(bias).zip(sum).for_each(|((x, b), s)| {
-                *x = squareplus(*x + b);
-                *s += w * *x;
-            });
+        let rows = hidden.chunks_exact_mut(width).zip(edges.links.pairs(start, end)).zip(window);
+        for (e, ((row, (i, _)), w)) in (start..).zip(rows) {
+            let (sum, w) = (&mut sums[i * width..][..width], scale * w);
+            match &mut winners {
+                None => row.iter_mut().zip(bias).zip(sum).for_each(|((x, b), s)| {
+                    *x = squareplus(*x + b);
+                    *s += w * *x;
+                }),
+                Some(winners) => {
+                    row.iter_mut().zip(bias).for_each(|(x, b)| *x = squareplus(*x + b));
+                    winners.meet((e, i), w, row, sum);
+                }
+            }
         }
     }
     let out = record.matrix(sums, width);
@@ -87,6 +95,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         let inner = edges.features.shape().1;
         let (mut at_received, mut at_sent) = (vec![0.0; rows * width], vec![0.0; span.len() * width]);
         let mut scratch = vec![0.0; 2 * count.min(BLOCK) * width];
+        let mut given = Vec::with_capacity(width);
         for start in (0..count).step_by(BLOCK) {
             let end = count.min(start + BLOCK);
             let place = start * width..end * width;
@@ -95,11 +104,18 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
             let window = &entries(&edges.window)[start..end];
             let at_window = &mut gradient(grads, &edges.window)?[start..end];
             let block = outer.chunks_exact_mut(width).zip(hidden.chunks_exact(width));
-            for (((row, z), (i, _)), (w, at_w)) in
-                block.zip(edges.links.pairs(start, end)).zip(window.iter().zip(at_window))
-            {
-                let (sum, w) = (&at[i * width..][..width], SCALE * w);
-                *at_w += SCALE * dot(sum, z);
+            let block = block.zip(edges.links.pairs(start, end)).zip(window.iter().zip(at_window));
+            for (e, (((row, z), (i, _)), (w, at_w))) in (start..).zip(block) {
+                let (sum, w) = (&at[i * width..][..width], scale * w);
+                let sum = match &winners {
+                    None => sum,
+                    Some(winners) => {
+                        given.clear();
+                        given.extend(winners.share((e, i), sum));
+                        &given
+                    }
+                };
+                *at_w += scale * dot(sum, z);
                 row.iter_mut().zip(sum.iter().zip(z)).for_each(|(d, (g, z))| *d = w * g * slope(*z));
             }
             let delta = Block::new(outer, width);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! h⁰ᵢ = MLP_enc(nodeᵢ)
-//! mᵢⱼ = c w(rᵢⱼ) MLP_k([hᵢ, hⱼ, fᵢⱼ])        one edge network a kind k
+//! mᵢⱼ = c w(rᵢⱼ) MLP_k([hᵢ, hⱼ, fᵢⱼ])        one edge network a kind k; summed, or as [`Aggregation`] says
 //! hᵢ ← hᵢ + MLP_u([hᵢ, Σ_k Σ_j mᵢⱼ])           particles only; tool samples and the floor keep h⁰
 //! out_i = MLP_dec(hᵢ) ∈ ℝ³
 //! ```
@@ -10,6 +10,7 @@
 //! Interaction networks (Battaglia et al. 2016) with the encode–process–decode layout of Sanchez-Gonzalez et al. 2020. The
 //! window w reaches zero with zero slope at the graph's radius, so that outputs stay continuous and differentiable when an
 //! edge appears or vanishes. Operations run on one thread and share nothing, so callers parallelise over rollouts.
+mod aggregation;
 mod architecture;
 mod dense;
 mod features;
@@ -23,6 +24,7 @@ mod record;
 mod squareplus;
 mod weights;
 
+pub use aggregation::Aggregation;
 pub use architecture::{Architecture, Sharing};
 pub(crate) use features::Features;
 pub use input::{Edges, EdgesGrad, Input, InputGrad, Links};

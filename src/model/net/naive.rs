@@ -1,6 +1,6 @@
 //! The same network written with nothing but dfdx's own operations, on concatenated rows and dense incidence matrices.
 use super::input::{EDGE_FEATURES, NODE_FEATURES};
-use super::{Architecture, Edges, Input, Links, Network, Sharing};
+use super::{Aggregation, Architecture, Edges, Input, Links, Network, Sharing};
 use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,6 +43,32 @@ fn incidence(device: &Cpu, at: &[u32], columns: usize) -> Plain {
     device.tensor_from_vec(values, (at.len(), columns))
 }
 
+/// A column beside itself, `width` times.
+fn spread(column: Taped, width: usize) -> Taped {
+    let ones: Plain = column.device().tensor_from_vec(vec![1.0; width], (1, width));
+    column.matmul(traced(&ones))
+}
+
+/// The greatest of each receiver's rows and zero, component by component, receiver after receiver.
+fn greatest(rows: Taped, receivers: &[u32], count: usize) -> Taped {
+    let (edges, width) = *rows.shape();
+    let device = rows.device().clone();
+    let none: Plain = device.tensor_from_vec(vec![0.0; count * edges], (count, edges));
+    let given = rows.with_empty_tape();
+    // Zero, with the tape of what was given.
+    let mut all = traced(&none).matmul(rows);
+    for i in 0..count as u32 {
+        let own: Vec<u32> = (0..edges as u32).filter(|e| receivers[*e as usize] == i).collect();
+        if !own.is_empty() {
+            let picked = traced(&incidence(&device, &own, edges)).matmul(given.with_empty_tape());
+            let most = picked.max::<(usize,), Axis<0>>().relu().reshape_like(&(1usize, width));
+            let place: Plain = incidence(&device, &[i], count).permute();
+            all = all + traced(&place).matmul(most);
+        }
+    }
+    all
+}
+
 fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped {
     let (count, receivers) = (leaves.nodes.shape().0, input.receivers);
     let mut h = layer(leaves, "node.last", activation(layer(leaves, "node.first", traced(&leaves.nodes))));
@@ -63,11 +89,18 @@ fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped 
             let ends = beside(traced(&to).matmul(h.with_empty_tape()), traced(&from).matmul(h.with_empty_tape()));
             let z = activation(layer(leaves, &format!("{name}.first"), beside(ends, traced(features))));
             let z = activation(layer(leaves, &format!("{name}.hidden"), z));
-            let m = z.matmul(traced(&leaves.weights[&format!("{name}.last.weight")]));
-            let ones: Plain = device.tensor_from_vec(vec![0.2; a.width], (1, a.width));
-            let weighted = m * traced(window).matmul(traced(&ones));
+            let last = &leaves.weights[&format!("{name}.last.weight")];
             let gather: Plain = incidence(device, &edges.links.receivers, receivers).permute();
-            sum = sum + traced(&gather).matmul(weighted);
+            let weighted = z * spread(traced(window), a.width);
+            sum = sum
+                + match a.aggregation {
+                    Aggregation::Sum => traced(&gather).matmul(weighted.matmul(traced(last))) * 0.2,
+                    Aggregation::Mean => {
+                        let totals = traced(&gather).matmul(traced(window)) + 0.1;
+                        traced(&gather).matmul(weighted.matmul(traced(last))) / spread(totals, a.width)
+                    }
+                    Aggregation::Max => greatest(weighted, &edges.links.receivers, receivers).matmul(traced(last)),
+                };
         }
         let own = traced(&pick).matmul(h.with_empty_tape());
         let inner = activation(layer(leaves, &format!("{prefix}update.first"), beside(own, sum)));
@@ -79,8 +112,12 @@ fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped 
 }
 
 fn network(sharing: Sharing, width: usize) -> Network {
+    network_with(Aggregation::Sum, sharing, width)
+}
+
+fn network_with(aggregation: Aggregation, sharing: Sharing, width: usize) -> Network {
     let edges = ["particle", "tool", "floor"].map(str::to_owned).to_vec();
-    let mut network = Network::new(Architecture { width, rounds: 2, sharing, edges }, 3);
+    let mut network = Network::new(Architecture { width, rounds: 2, sharing, aggregation, edges }, 3);
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let shaken: Vec<f32> = network.weights().iter().map(|w| w + rng.random_range(-0.1..0.1)).collect();
     network.set_weights(&shaken);
@@ -115,8 +152,9 @@ fn gap(a: &[f32], b: &[f32]) -> f32 {
 fn agrees_with_the_naive_network_in_value_and_every_derivative() {
     let cases =
         [(Sharing::Shared, 24, [300, 70, 9], [40, 40, 61]), (Sharing::PerRound, 17, [150, 0, 40], [40, 47, 61])];
-    for (sharing, width, counts, rows) in cases {
-        let (network, input) = (network(sharing, width), input(counts, rows));
+    let kinds = [Aggregation::Sum, Aggregation::Mean, Aggregation::Max];
+    for ((sharing, width, counts, rows), aggregation) in cases.into_iter().flat_map(|c| kinds.map(|k| (c, k))) {
+        let (network, input) = (network_with(aggregation, sharing, width), input(counts, rows));
         let device = Cpu::default();
         let matrix =
             |v: &[f32], columns: usize| -> Plain { device.tensor_from_vec(v.to_vec(), (v.len() / columns, columns)) };

@@ -123,8 +123,13 @@ impl Network {
         let encoder = &self.layout.encoder;
         let inner = self.layer(record, count, &leaves.nodes, encoder);
         let mut nodes = self.last(record, count, &inner, encoder, Finish::Linear);
+        let shared = |e: &EdgeInput| EdgeInput {
+            window: self.architecture.aggregation.shares(record, &e.links, &e.window),
+            ..e.clone()
+        };
+        let edges: Vec<_> = leaves.edges.iter().map(shared).collect();
         for round in self.layout.rounds.iter().cycle().take(self.architecture.rounds) {
-            nodes = self.round(record, rows.receivers, &nodes, leaves, round);
+            nodes = self.round(record, rows.receivers, &nodes, &edges, round);
         }
         let decoder = &self.layout.decoder;
         let inner = self.layer(record, rows.particles, &nodes, decoder);
@@ -136,15 +141,16 @@ impl Network {
         record: &mut Record<T>,
         receivers: usize,
         nodes: &Matrix,
-        leaves: &Leaves,
+        edges: &[EdgeInput],
         round: &Round,
     ) -> Matrix {
         let pair = |(weight, bias): (usize, usize)| (self.weights[weight].clone(), self.weights[bias].clone());
         let mut sums = Vec::new();
-        for (network, edges) in round.edges.iter().zip(&leaves.edges) {
+        for (network, edges) in round.edges.iter().zip(edges) {
             if !edges.links.is_empty() {
                 let weights = Weights { first: pair(network.first), hidden: pair(network.hidden) };
-                sums.push((message(record, receivers, nodes, edges, &weights), &self.weights[network.last]));
+                let sum = message(record, receivers, nodes, edges, &weights, self.architecture.aggregation);
+                sums.push((sum, &self.weights[network.last]));
             }
         }
         let width = self.architecture.width;

@@ -52,7 +52,7 @@ fn read(network: &Network, bytes: &[u8]) -> anyhow::Result<Vec<f32>> {
     if let Some(stored) = stored.filter(|s| s != expected) {
         let story =
             format!("the file holds weights of {}, but the config asks for {}", sentence(&stored), sentence(expected));
-        return weights.and_then(|_| bail!("the shapes fit by chance")).context(story);
+        return weights.and_then(|_| bail!("the shapes fit, but not what is done with them")).context(story);
     }
     weights
 }
@@ -79,5 +79,9 @@ fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32
 }
 
 fn sentence(a: &Architecture) -> String {
-    format!("width {}, {} rounds ({:?}), edge kinds [{}]", a.width, a.rounds, a.sharing, a.edges.join(", "))
+    let Architecture { width, rounds, sharing, aggregation, edges } = a;
+    format!(
+        "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, edge kinds [{}]",
+        edges.join(", ")
+    )
 }
