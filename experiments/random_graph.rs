@@ -3,7 +3,7 @@ use crate::claim::number;
 use crate::cpu::cpu_seconds;
 use anyhow::Context;
 use npyz::{AutoSerialize, WriterBuilder};
-use pliant::model::net::{Architecture, Edges, Input, Links, Network, Sharing};
+use pliant::model::net::{Aggregation, Architecture, Edges, Input, Links, Network, Sharing};
 use pliant::state::stream;
 use rand::Rng;
 use serde_json::{Value, json};
@@ -35,7 +35,8 @@ impl RandomGraph {
         let mut draw =
             |count: usize, size: f32| -> Vec<f32> { (0..count).map(|_| rng.random_range(-size..size)).collect() };
         let kinds = vec!["particle".to_owned()];
-        let architecture = Architecture { width, rounds: ROUNDS, sharing: Sharing::PerRound, edges: kinds };
+        let (sharing, aggregation) = (Sharing::PerRound, Aggregation::Sum);
+        let architecture = Architecture { width, rounds: ROUNDS, sharing, aggregation, edges: kinds };
         let mut network = Network::new(architecture, 1);
         let start = network.weights();
         let shaken: Vec<f32> = start.iter().zip(draw(start.len(), 0.1)).map(|(w, d)| w + d).collect();
