@@ -10,14 +10,17 @@ use std::process::ExitCode;
 mod aggregation;
 mod claim;
 mod closed_loop;
+mod cpu;
 mod edge_types;
 mod endurance;
 mod formula;
 mod hierarchy;
 mod hybrid;
 mod metrics;
+mod network_speed;
 mod peer;
 mod quickstart;
+mod random_graph;
 mod rounds;
 mod speed;
 mod world;
@@ -34,6 +37,7 @@ const EXPERIMENTS: &[Experiment] = &[
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
+    network_speed::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
 ];

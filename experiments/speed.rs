@@ -4,6 +4,7 @@
 //! Command: `pip install mujoco==4.0.0`, then `cargo run --release --bin experiments -- speed`, about ten minutes; the interpreter
 //! by `python=PATH`. Table: `paper/tables/speed.tex`. Linux only: CPU time is read from `/proc`.
 use crate::claim::{Experiment, Rows, Size, number};
+use crate::cpu::cpu_seconds;
 use crate::peer::Peer;
 use anyhow::Context;
 use glam::{DQuat, DVec3};
@@ -166,14 +167,6 @@ fn side(count: usize) -> f64 {
 fn width(count: usize) -> String {
     let side = side(count);
     format!("scene.start={{kind=block,x=[{side},{side}],y=[{side},{side}],z=[0.03,0.03],turn=[0.0,0.0]}}")
-}
-
-/// Time that this thread has spent computing \[s\].
-fn cpu_seconds() -> anyhow::Result<f64> {
-    let path = "/proc/thread-self/schedstat";
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {path}: CPU time needs Linux"))?;
-    let first = text.split_whitespace().next().and_then(|n| n.parse::<f64>().ok());
-    Ok(first.with_context(|| format!("{path} holds no number"))? * 1e-9)
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {

@@ -1,6 +1,6 @@
 //! Edges found through the cell list are those that all pairs give, in the promised order.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots, near_kinds};
+use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, near_kinds};
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -62,6 +62,34 @@ fn assert_matches(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f6
         assert_eq!(&pairs, expected, "{} points, radius {radius}", points.len());
     }
     expected.iter().map(Vec::len).sum()
+}
+
+#[test]
+fn a_degree_keeps_the_nearest_of_every_kind() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let (shape, poses) = tool(&mut rng, 2, 40);
+    let points = cloud(&mut rng, 60, 0.03);
+    let all = connect(&points, &shape, &poses, 0.05, &all_kinds());
+    for degree in [1, 3, 1000] {
+        let spec = json!({ "kind": "radius", "radius": 0.05, "edges": all_kinds(), "degree": degree });
+        let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
+        let kept = policy.connect(all.nodes.clone());
+        let positions = &kept.nodes.positions;
+        for (every, few) in all.edges.iter().zip(&kept.edges) {
+            let senders = |set: &EdgeSet, i| set.pairs().filter(|p| p.0 == i).map(|p| p.1).collect::<Vec<_>>();
+            for i in 0..points.len() {
+                let (every, few) = (senders(every, i), senders(few, i));
+                assert_eq!(few.len(), every.len().min(degree));
+                assert!(few.is_sorted() && few.iter().all(|j| every.contains(j)));
+                let far = |j: &&usize| positions[i].distance(positions[**j]);
+                let farthest = few.iter().map(|j| far(&j)).fold(0.0, f64::max);
+                assert!(every.iter().filter(|j| !few.contains(j)).all(|j| far(&j) >= farthest));
+            }
+        }
+    }
+    let spec = json!({ "kind": "radius", "radius": 0.05, "edges": all_kinds(), "degree": 0 });
+    let refusal = serde_json::from_value::<GraphSpec>(spec).unwrap().build().err().unwrap();
+    assert!(refusal.to_string().contains("graph.degree"), "{refusal}");
 }
 
 #[test]

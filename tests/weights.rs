@@ -1,6 +1,6 @@
 //! Weights on disk and the learned law's config: what is written comes back, and what cannot be used is a sentence.
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec};
-use pliant::model::net::Sharing;
+use pliant::model::net::{Aggregation, Sharing};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -9,6 +9,7 @@ fn spec(width: usize) -> LearnedSpec {
         width,
         rounds: 2,
         sharing: Sharing::Shared,
+        aggregation: Aggregation::Sum,
         edges: ["particle", "tool", "floor"].map(str::to_owned).to_vec(),
         radius: 0.02,
         scale: 0.004,
@@ -48,6 +49,12 @@ fn weights_survive_the_disk_and_bad_files_are_named() {
     }
     let rounds = LearnedSpec { weights: Some(path.clone()), rounds: 3, ..spec(16) }.build().unwrap_err();
     assert!(format!("{rounds:#}").contains("3 rounds"), "{rounds:#}");
+    let greatest = LearnedSpec { weights: Some(path.clone()), aggregation: Aggregation::Max, ..spec(16) };
+    let greatest = format!("{:#}", greatest.build().unwrap_err());
+    assert!(
+        greatest.contains("Max") && greatest.contains("Sum"),
+        "equal shapes do not make equal networks: {greatest}"
+    );
     let bad = folder.path().join("bad.safetensors");
     assert!(complaint(16, &bad).contains("bad.safetensors"));
     let mut not_a_number = bytes.clone();

@@ -14,6 +14,10 @@ pub struct HierarchySpec {
     pub radius: f64,
     /// Names of the edge kinds to draw.
     pub edges: Vec<String>,
+    /// Most edges into a particle of a kind that joins what is near, from the nearest; all within the radius where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub degree: Option<usize>,
     /// Number of roots of each level, the lowest first; an empty list is a flat graph.
     pub roots: Vec<usize>,
 }
@@ -29,7 +33,7 @@ impl HierarchySpec {
             );
             above = count;
         }
-        Ok(Hierarchy { near: Radius::new(self.radius, &self.edges)?, counts: self.roots })
+        Ok(Hierarchy { near: Radius::new(self.radius, &self.edges, self.degree)?, counts: self.roots })
     }
 }
 

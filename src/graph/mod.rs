@@ -3,6 +3,7 @@
 //! Nodes are numbered `[particles | roots | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
 //! and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::Particles;
+use glam::DVec3;
 
 mod hierarchy;
 mod kind;
@@ -35,6 +36,19 @@ impl EdgeSet {
             set.offsets.push(set.senders.len() as u32);
         }
         set
+    }
+
+    /// Of every receiver's edges those from the `most` nearest senders, the earlier of two that are equally far.
+    fn nearest(&self, positions: &[DVec3], most: usize) -> Self {
+        let row = |(i, ends): (usize, &[u32])| {
+            let mut senders = self.senders[ends[0] as usize..ends[1] as usize].to_vec();
+            let far = |j: &u32| positions[i].distance_squared(positions[*j as usize]);
+            senders.sort_by(|a, b| far(a).total_cmp(&far(b)));
+            senders.truncate(most);
+            senders.sort_unstable();
+            senders
+        };
+        Self::from_rows(self.offsets.windows(2).enumerate().map(row).collect())
     }
 
     /// Number of edges.

@@ -14,11 +14,15 @@ pub struct RadiusSpec {
     pub radius: f64,
     /// Names of the edge kinds to draw.
     pub edges: Vec<String>,
+    /// Most edges of a kind into a particle, from the nearest; all within the radius where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub degree: Option<usize>,
 }
 
 impl RadiusSpec {
     pub(crate) fn build(self) -> anyhow::Result<Radius> {
-        let radius = Radius::new(self.radius, &self.edges)?;
+        let radius = Radius::new(self.radius, &self.edges, self.degree)?;
         for &kind in &radius.kinds {
             ensure!(
                 EDGE_KINDS[kind].window() == Window::Fading,
@@ -35,16 +39,18 @@ impl RadiusSpec {
 pub struct Radius {
     radius: f64,
     kinds: Vec<usize>,
+    degree: Option<usize>,
 }
 
 impl Radius {
-    /// Draws the named kinds of edges within `radius` \[m\].
+    /// Draws the named kinds of edges within `radius` \[m\], of those that join what is near the nearest `degree`.
     ///
     /// # Errors
-    /// When the radius is no length, or a name is no kind's.
-    pub(super) fn new(radius: f64, edges: &[String]) -> anyhow::Result<Self> {
+    /// When the radius is no length, the degree is zero, or a name is no kind's.
+    pub(super) fn new(radius: f64, edges: &[String], degree: Option<usize>) -> anyhow::Result<Self> {
         ensure!(radius > 0.0 && radius.is_finite(), "graph.radius must be a positive length, got {radius}");
-        Ok(Self { radius, kinds: kinds_named("graph.edges", edges)? })
+        ensure!(degree != Some(0), "graph.degree is 0: leave out the kinds that nothing is to be heard of by");
+        Ok(Self { radius, kinds: kinds_named("graph.edges", edges)?, degree })
     }
 }
 
@@ -53,7 +59,11 @@ impl GraphPolicy for Radius {
         let cells = CellList::new(&nodes.positions[..nodes.floor()], self.radius);
         let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         for &kind in &self.kinds {
-            edges[kind] = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
+            let all = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
+            edges[kind] = match self.degree {
+                Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes.positions, most),
+                _ => all,
+            };
         }
         Graph { nodes, edges }
     }

@@ -1,7 +1,8 @@
 //! The learned law: exact derivatives through particles, tool poses, twists and weights, and the symmetries it promises.
 use glam::{DQuat, DVec3};
 use moment::*;
-use pliant::model::law::{FrameSpec, Law, Learned, Rate, ViewGrad};
+use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, Rate, ViewGrad};
+use pliant::model::net::Aggregation;
 use pliant::state::{ParticlesGrad, Pose, PoseGrad, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -27,6 +28,12 @@ fn derivatives_agree_with_central_differences_in_every_frame() {
     for frame in [FrameSpec::World, FrameSpec::Tool] {
         derivatives_agree_with_central_differences(&shaken(frame), &Moment::random(40));
     }
+}
+
+#[test]
+fn derivatives_agree_with_central_differences_where_messages_are_averaged() {
+    let law = shake(LearnedSpec { aggregation: Aggregation::Mean, ..spec(16) });
+    derivatives_agree_with_central_differences(&law, &Moment::random(40));
 }
 
 fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {

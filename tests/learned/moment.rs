@@ -2,7 +2,7 @@
 use glam::{DQuat, DVec3};
 use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
-use pliant::model::net::Sharing;
+use pliant::model::net::{Aggregation, Sharing};
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -95,6 +95,7 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         width,
         rounds: 2,
         sharing: Sharing::Shared,
+        aggregation: Aggregation::Sum,
         edges: kinds(3),
         radius: RADIUS,
         scale: SCALE,
