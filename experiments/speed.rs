@@ -33,18 +33,20 @@ const SPEED: f64 = 0.2;
 /// Physics steps a control step of 50 ms: 2 ms each.
 const CHUNK: usize = 25;
 
-/// Numbers of balls, and the peer's solvers that take their turn with us; its Newton takes minutes beyond the first, and the last is
-/// for our own growth.
-const COUNTS: &[(usize, &[&str])] = &[(500, &["Newton", "CG"]), (1000, &["CG"]), (2000, &["CG"]), (5000, &[])];
+/// Numbers of balls, how often they are pushed in a round (a second of the fewest says little), and the peer's solvers that take
+/// their turn with us; its Newton takes minutes beyond the first, and the last is for our own growth.
+const COUNTS: &[(usize, usize, &[&str])] =
+    &[(500, 6, &["Newton", "CG"]), (1000, 3, &["CG"]), (2000, 1, &["CG"]), (5000, 1, &[])];
 
 fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let (counts, controls, rounds) = match size {
         Size::Paper => (COUNTS, 20, 3),
-        Size::Smoke => (&[(12, &[][..]), (24, &[][..])][..], 2, 1),
+        Size::Smoke => (&[(12, 1, &[][..]), (24, 1, &[][..])][..], 2, 1),
     };
     let mut rows = Vec::new();
     for round in 0..rounds {
-        for (count, solvers) in counts {
+        let pushes = counts.iter().flat_map(|(count, times, solvers)| std::iter::repeat_n((count, solvers), *times));
+        for (count, solvers) in pushes {
             watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())?;
             let scene = Push::of(*count, controls)?;
             let pushed = [vec![scene.ours()?], scene.theirs(peer, solvers)?].concat();
