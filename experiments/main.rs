@@ -7,7 +7,6 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-mod aggregation;
 mod claim;
 mod closed_loop;
 mod cpu;
@@ -21,7 +20,6 @@ mod network_speed;
 mod peer;
 mod quickstart;
 mod random_graph;
-mod rounds;
 mod speed;
 mod world;
 
@@ -32,8 +30,6 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
-    aggregation::CLAIM,
-    rounds::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
