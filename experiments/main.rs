@@ -52,6 +52,8 @@ enum Verb {
     List,
     /// Check that every committed table is what its committed rows give.
     Check,
+    /// Write every table that the committed rows give.
+    Tables,
     /// Run one experiment by its name.
     #[command(external_subcommand)]
     Run(Vec<String>),
@@ -65,6 +67,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
     match verb {
         Verb::List => EXPERIMENTS.iter().try_for_each(|e| to_stdout(&format!("{e}\n")))?,
         Verb::Check => EXPERIMENTS.iter().try_for_each(|e| e.check(Path::new("paper")))?,
+        Verb::Tables => EXPERIMENTS.iter().try_for_each(|e| e.tabulate(Path::new("paper")))?,
         Verb::Run(words) => {
             let (name, overrides) = words.split_first().context("which experiment? `experiments list` names them")?;
             let names = || EXPERIMENTS.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
