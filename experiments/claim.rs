@@ -8,7 +8,7 @@ use pliant::table::{Grid, TrialRow};
 use pliant::watch::Watch;
 use serde_json::Value;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// One claim and everything needed to test it.
 pub(crate) struct Experiment {
@@ -99,28 +99,41 @@ impl Experiment {
         };
         let grid = (self.table)(&rows)?;
         let lines: String = rows.iter().map(|row| format!("{row}\n")).collect();
-        config::write_whole(&out.join("data").join(self.name).with_extension("jsonl"), lines.as_bytes())?;
-        config::write_whole(&out.join("tables").join(self.name).with_extension("tex"), grid.to_latex().as_bytes())?;
+        config::write_whole(&self.place(out, "data", "jsonl"), lines.as_bytes())?;
+        config::write_whole(&self.place(out, "tables", "tex"), grid.to_latex().as_bytes())?;
         Ok(grid)
+    }
+
+    /// Writes the table that the committed rows give.
+    pub(crate) fn tabulate(&self, paper: &Path) -> anyhow::Result<()> {
+        config::write_whole(&self.place(paper, "tables", "tex"), self.committed(paper)?.to_latex().as_bytes())
     }
 
     /// Fails when the committed table is not what the committed rows give.
     pub(crate) fn check(&self, paper: &Path) -> anyhow::Result<()> {
-        let read = |folder: &str, extension: &str| {
-            let path = paper.join(folder).join(self.name).with_extension(extension);
-            std::fs::read_to_string(&path)
-                .with_context(|| format!("cannot read {}; make it by `experiments {}`", path.display(), self.name))
-        };
-        let rows: Vec<Value> = read("data", "jsonl")?.lines().map(serde_json::from_str).collect::<Result<_, _>>()?;
-        let same = read("tables", "tex")? == (self.table)(&rows)?.to_latex();
+        let same = read(&self.place(paper, "tables", "tex"))? == self.committed(paper)?.to_latex();
         anyhow::ensure!(
             same,
-            "paper/tables/{0}.tex is not what paper/data/{0}.jsonl gives; run `experiments {0}`",
+            "paper/tables/{0}.tex is not what paper/data/{0}.jsonl gives; run `experiments tables`",
             self.name
         );
         println!("{}: the table is what its rows give", self.name);
         Ok(())
     }
+
+    fn committed(&self, paper: &Path) -> anyhow::Result<Grid> {
+        let text = read(&self.place(paper, "data", "jsonl"))
+            .with_context(|| format!("make the rows by `experiments {}`", self.name))?;
+        (self.table)(&text.lines().map(serde_json::from_str).collect::<Result<Vec<_>, _>>()?)
+    }
+
+    fn place(&self, paper: &Path, folder: &str, extension: &str) -> PathBuf {
+        paper.join(folder).join(self.name).with_extension(extension)
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
 impl fmt::Display for Experiment {

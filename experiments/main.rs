@@ -7,7 +7,6 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-mod aggregation;
 mod claim;
 mod closed_loop;
 mod cpu;
@@ -21,7 +20,6 @@ mod network_speed;
 mod peer;
 mod quickstart;
 mod random_graph;
-mod rounds;
 mod speed;
 mod world;
 
@@ -32,8 +30,6 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
-    aggregation::CLAIM,
-    rounds::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
@@ -56,6 +52,8 @@ enum Verb {
     List,
     /// Check that every committed table is what its committed rows give.
     Check,
+    /// Write every table that the committed rows give.
+    Tables,
     /// Run one experiment by its name.
     #[command(external_subcommand)]
     Run(Vec<String>),
@@ -69,6 +67,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
     match verb {
         Verb::List => EXPERIMENTS.iter().try_for_each(|e| to_stdout(&format!("{e}\n")))?,
         Verb::Check => EXPERIMENTS.iter().try_for_each(|e| e.check(Path::new("paper")))?,
+        Verb::Tables => EXPERIMENTS.iter().try_for_each(|e| e.tabulate(Path::new("paper")))?,
         Verb::Run(words) => {
             let (name, overrides) = words.split_first().context("which experiment? `experiments list` names them")?;
             let names = || EXPERIMENTS.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");

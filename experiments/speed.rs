@@ -209,10 +209,14 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let growth = ends().and_then(|(l, s)| Some(cost(Some(l))? / cost(Some(s))?)).unwrap_or(f64::NAN);
     let touching = |count: &f64| best(*count, true).map(|row| number(row, "touching"));
     let denser = ends().and_then(|(l, s)| Some(touching(l)? / touching(s)?)).unwrap_or(f64::NAN);
-    let seconds = |threads: f64| {
-        let made = rows.iter().filter(|row| row["what"] == "dataset" && number(row, "threads") == threads);
-        made.map(|row| number(row, "seconds")).fold(f64::INFINITY, f64::min)
+    // Of each round by itself, as the machine's pace drifts from round to round.
+    let made = |threads: f64| {
+        let made = rows.iter().filter(move |row| row["what"] == "dataset" && number(row, "threads") == threads);
+        made.map(|row| number(row, "seconds"))
     };
+    let mut gains: Vec<f64> = made(1.0).zip(made(2.0)).map(|(one, two)| one / two).collect();
+    gains.sort_by(f64::total_cmp);
+    let gain = gains.get(gains.len() / 2).copied().unwrap_or(f64::NAN);
     Ok(Grid {
         title: "Speed of the world: balls pushed by a board, thousands of particle steps a CPU second".into(),
         header: header.map(String::from).to_vec(),
@@ -222,7 +226,10 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             "overlap: of a ball with others and the table at the end, as a share of its radius".into(),
             format!("time a particle step at the largest over the smallest: {growth:.2} (claim: below 1.5)"),
             format!("of that, a ball of the largest touches more than one of the smallest: {denser:.2} times"),
-            format!("a dataset on one core over two: {:.2} (claim: at least 1.8)", seconds(1.0) / seconds(2.0)),
+            format!(
+                "a dataset on one core over two: {gain:.2}, the median of {} rounds (claim: at least 1.8)",
+                gains.len()
+            ),
         ],
     })
 }
