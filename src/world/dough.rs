@@ -34,7 +34,7 @@ pub(super) struct Lump {
 /// Greatest number of times that the cells get their volume back in a physics step: where the tool crushes, once is too little.
 const ROUNDS: usize = 4;
 
-/// Greatest speed of a particle of dough \[m/s\]; falling from 11 cm it has it.
+/// Greatest speed of a particle of dough along the table \[m/s\], seven times that of the tools.
 const FASTEST: f64 = 1.5;
 
 /// Thickness of the contact skin around the surface \[m\]; resting particles stand this far above the table.
@@ -173,7 +173,7 @@ impl Substance for Dough {
 
     /// Gives the cells their volume back; and contacts give way a little, so that dough pinched between a tool and the table
     /// could be pushed through it: a particle below the table is put back onto it. Dough also sticks to what pinches it, which the
-    /// engine's does not, so that a crumb under a cutter would leave like a squeezed pip: no faster than [`FASTEST`].
+    /// engine's does not, so that a crumb under a cutter would leave like a squeezed pip: along the table none is faster than [`FASTEST`].
     fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
         for lump in &self.lumps {
             let body = &mut physics.soft_bodies[lump.body];
@@ -189,8 +189,10 @@ impl Substance for Dough {
                     body.set_particle_position(i, position.with_z(0.0));
                     body.set_particle_velocity(i, velocity.with_z(velocity.z.max(0.0)));
                 }
-                if velocity.length_squared() > length(FASTEST).powi(2) {
-                    body.set_particle_velocity(i, body.particle_velocity(i).clamp_length_max(length(FASTEST)));
+                let slide = velocity.with_z(0.0);
+                if slide.length_squared() > length(FASTEST).powi(2) {
+                    let slowed = slide.clamp_length_max(length(FASTEST));
+                    body.set_particle_velocity(i, slowed.with_z(body.particle_velocity(i).z));
                 }
             }
         }
