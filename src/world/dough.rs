@@ -173,7 +173,8 @@ impl Substance for Dough {
 
     /// Gives the cells their volume back; and contacts give way a little, so that dough pinched between a tool and the table
     /// could be pushed through it: a particle below the table is put back onto it. Dough also sticks to what pinches it, which the
-    /// engine's does not, so that a crumb under a cutter would leave like a squeezed pip: along the table none is faster than [`FASTEST`].
+    /// engine's does not, so that a crumb under a cutter would leave like a squeezed pip: along the table none is faster than
+    /// [`FASTEST`].
     fn mend(&mut self, physics: &mut PhysicsWorld, hand: &[RigidBodyHandle]) {
         for lump in &self.lumps {
             let body = &mut physics.soft_bodies[lump.body];
