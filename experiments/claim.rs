@@ -67,6 +67,17 @@ pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
 }
 
+/// The middle of a list of numbers, of two the mean.
+pub(crate) fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let half = numbers.len() / 2;
+    match numbers.len() {
+        0 => f64::NAN,
+        n if n % 2 == 0 => 0.5 * (numbers[half - 1] + numbers[half]),
+        _ => numbers[half],
+    }
+}
+
 /// The list that a change such as `key=["a", "b"]` sets, as `a, b`; none of the baseline.
 pub(crate) fn listed(change: &str) -> Option<String> {
     let (_, list) = change.split_once('=')?;
@@ -132,7 +143,8 @@ impl Experiment {
     }
 }
 
-fn read(path: &Path) -> anyhow::Result<String> {
+/// The text of a file.
+pub(crate) fn read(path: &Path) -> anyhow::Result<String> {
     std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- endurance`, about 45 minutes; stopped, it goes on with the materials that it has
 //! not finished, found under `runs/endurance`. Table: `paper/tables/endurance.tex`.
-use crate::claim::{Experiment, Rows, Size, number};
+use crate::claim::{Experiment, Rows, Size, number, read};
 use anyhow::{Context, ensure};
 use pliant::config;
 use pliant::data::{DatasetSpec, random_action};
@@ -73,8 +73,7 @@ fn kept_or_made(case: &Case, episodes: u64, watch: &Watch) -> anyhow::Result<Val
         let row = endure(material, &spec, episodes, watch)?;
         config::write_whole(&path, row.to_string().as_bytes())?;
     }
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let row = serde_json::from_str::<Value>(&text);
+    let row = serde_json::from_str::<Value>(&read(&path)?);
     let mut row = row.with_context(|| format!("{} holds no row; remove it", path.display()))?;
     (row["material"], row["scene"], row["least"]) = (json!(material), json!(scene), json!(least));
     Ok(row)

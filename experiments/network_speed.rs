@@ -4,7 +4,7 @@
 //! Command: `pip install torch==2.15.0 jax==0.10.2 safetensors==0.8.0`, then `cargo run --release --bin experiments --
 //! network_speed`, about eight minutes; the interpreter by `python=PATH`. Table: `paper/tables/network_speed.tex`. Linux only: CPU
 //! time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, number};
+use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::peer::Peer;
 use crate::random_graph::{ROUNDS, RandomGraph, products};
 use anyhow::{Context, ensure};
@@ -164,16 +164,5 @@ fn verdict(measured: f64, holds: bool) -> &'static str {
         _ if measured.is_nan() => "not measured",
         true => "holds",
         false => "fails",
-    }
-}
-
-/// The middle of a list of numbers, of two the mean.
-fn median(mut numbers: Vec<f64>) -> f64 {
-    numbers.sort_by(f64::total_cmp);
-    let half = numbers.len() / 2;
-    match numbers.len() {
-        0 => f64::NAN,
-        n if n % 2 == 0 => 0.5 * (numbers[half - 1] + numbers[half]),
-        _ => numbers[half],
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Command: `pip install mujoco==4.0.0`, then `cargo run --release --bin experiments -- speed`, about ten minutes; the interpreter
 //! by `python=PATH`. Table: `paper/tables/speed.tex`. Linux only: CPU time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, number};
+use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::cpu::cpu_seconds;
 use crate::peer::Peer;
 use anyhow::Context;
@@ -214,9 +214,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let made = rows.iter().filter(move |row| row["what"] == "dataset" && number(row, "threads") == threads);
         made.map(|row| number(row, "seconds"))
     };
-    let mut gains: Vec<f64> = made(1.0).zip(made(2.0)).map(|(one, two)| one / two).collect();
-    gains.sort_by(f64::total_cmp);
-    let gain = gains.get(gains.len() / 2).copied().unwrap_or(f64::NAN);
+    let gains: Vec<f64> = made(1.0).zip(made(2.0)).map(|(one, two)| one / two).collect();
+    let gain = median(gains.clone());
     Ok(Grid {
         title: "Speed of the world: balls pushed by a board, thousands of particle steps a CPU second".into(),
         header: header.map(String::from).to_vec(),

@@ -36,7 +36,6 @@ fn run(spec: &TrainSpec, model: &mut Toy, split: &Split, folder: &Path, watch: &
     spec.clone().build()?.train(model, split, folder, watch)
 }
 
-/// Lines of `metrics.jsonl` without the time they took.
 /// The steps of TensorBoard's events, none of which is above 127 here: the byte behind the time and the field's tag.
 fn event_steps(folder: &Path) -> Vec<u64> {
     let bytes = std::fs::read(folder.join("events.out.tfevents.pliant")).unwrap();
@@ -49,6 +48,7 @@ fn event_steps(folder: &Path) -> Vec<u64> {
     steps
 }
 
+/// Lines of `metrics.jsonl` without the time they took.
 fn journal(folder: &Path) -> Vec<serde_json::Value> {
     let text = std::fs::read_to_string(folder.join("metrics.jsonl")).unwrap();
     let line = |line| {

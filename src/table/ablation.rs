@@ -42,19 +42,16 @@ pub fn ablation<'a>(
         groups.entry((change, &row.model)).or_default().push(row);
     }
     let header = ["variant", "model", "one step [mm]", "rollout [mm]", "achieved [mm]", "Δ reference [mm]", "attempts"];
-    let difference = |(change, model), mine: &[&Row]| {
-        let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
-        Interval::over_seeds(paired(mine.iter().copied(), base.iter().copied()))
-    };
+    let base = |(change, model)| groups.get(&reference(change, model)).into_iter().flatten().copied();
+    let difference = |key, mine: &[&'a Row]| Interval::over_seeds(paired(mine.iter().copied(), base(key)));
     // Differences of fits of equal seeds, where there are several.
-    let prediction = |(change, model), mine: &[&Row]| {
-        let base: &[&Row] = groups.get(&reference(change, model)).map_or(&[], |g| g);
-        let base: BTreeMap<u64, f64> = base.iter().filter_map(|row| Some((row.seed, row.rollout?))).collect();
+    let prediction = |key, mine: &[&Row]| {
+        let base: BTreeMap<u64, f64> = base(key).filter_map(|row| Some((row.seed, row.rollout?))).collect();
         let paired = mine.iter().filter_map(|row| Some((row.seed, row.rollout? - base.get(&row.seed)?)));
         Interval::over_seeds(paired)
     };
     let own = |(change, model): (&'a str, &'a str)| (change, model) == reference(change, model);
-    let line = |(&(change, model), mine): (&(&'a str, &'a str), &Vec<&Row>)| {
+    let line = |(&(change, model), mine): (&(&'a str, &'a str), &Vec<&'a Row>)| {
         let error = |of: fn(&Row) -> Option<f64>| match repeated(mine) {
             true => Interval::millimetres(Interval::over_seeds(mine.iter().filter_map(|r| Some((r.seed, of(r)?))))),
             false => of(mine[0]).map_or("–".to_owned(), |x| format!("{:.2}", 1e3 * x)),

@@ -60,8 +60,8 @@ struct Line {
 impl Trainer {
     /// Trains `model` in place, or goes on where a run in `folder` stopped.
     ///
-    /// Writes `checkpoint.bin`, `metrics.jsonl`, the same for TensorBoard and, at the end, `train.json` into `folder`. The weights at the end do
-    /// not depend on the number of threads, nor on where the run was stopped in between.
+    /// Writes `checkpoint.bin`, `metrics.jsonl`, the same for TensorBoard and, at the end, `train.json` into `folder`. The weights at
+    /// the end do not depend on the number of threads, nor on where the run was stopped in between.
     ///
     /// # Errors
     /// When the data cannot be used, the model has no weights or no derivatives, a loss is not finite, a file cannot be

@@ -4,6 +4,7 @@ use super::record::{Matrix, Record, entries, gradient, taken};
 use dfdx::prelude::{Cpu, Tape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// How the messages of one kind that a node receives become one; z is a message before its last, linear layer, w its window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -44,12 +45,9 @@ impl Aggregation {
 fn means<T: Tape<f32, Cpu>>(record: &mut Record<T>, links: &Links, window: &Matrix) -> Matrix {
     let mut out = entries(window).to_vec();
     let mut totals = vec![0.0; out.len()];
-    let mut start = 0;
-    for run in links.receivers.chunk_by(|a, b| a == b) {
-        let own = start..start + run.len();
+    for own in runs(&links.receivers) {
         let total = EPSILON + out[own.clone()].iter().sum::<f32>();
-        totals[own.clone()].fill(total);
-        start = own.end;
+        totals[own].fill(total);
     }
     out.iter_mut().zip(&totals).for_each(|(y, total)| *y /= total);
     let out = record.matrix(out, 1);
@@ -58,19 +56,25 @@ fn means<T: Tape<f32, Cpu>>(record: &mut Record<T>, links: &Links, window: &Matr
         record.tape.add_backward_op(move |grads| {
             let at = taken!(grads, &ghost);
             let at_window = gradient(grads, &window)?;
-            let mut start = 0;
-            for run in receivers.chunk_by(|a, b| a == b) {
-                let own = start..start + run.len();
+            for own in runs(&receivers) {
                 let felt: f32 = at[own.clone()].iter().zip(&entries(&share)[own.clone()]).map(|(g, y)| g * y).sum();
-                for e in own.clone() {
+                for e in own {
                     at_window[e] += (at[e] - felt) / totals[e];
                 }
-                start = own.end;
             }
             Ok(())
         });
     }
     out
+}
+
+/// The edges of each receiver, one run after the other.
+fn runs(receivers: &[u32]) -> impl Iterator<Item = Range<usize>> + '_ {
+    receivers.chunk_by(|a, b| a == b).scan(0, |end, run| {
+        let start = *end;
+        *end += run.len();
+        Some(start..*end)
+    })
 }
 
 /// Which edge gave each component of each node's greatest message; none where zero is greater.

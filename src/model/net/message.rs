@@ -29,7 +29,8 @@ pub(super) struct EdgeInput {
     pub(super) window: Matrix,
 }
 
-/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ`, or the greatest `wᵢⱼ zᵢⱼ`, with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes; (M, W) → (rows, W).
+/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ`, or the greatest `wᵢⱼ zᵢⱼ`, with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes;
+/// (M, W) → (rows, W).
 ///
 /// The edge network's last, linear layer is left to the caller: of sums `Σⱼ wᵢⱼ (zᵢⱼ W₃) = (Σⱼ wᵢⱼ zᵢⱼ) W₃` exactly, one product a
 /// node instead of one an edge. Likewise `[hᵢ, hⱼ, f] W₁ = (h Wᵣ)ᵢ + (h Wₛ)ⱼ + f W_f`: two of three products are per node.
