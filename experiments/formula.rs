@@ -141,7 +141,7 @@ impl Edges {
     /// Wall time of one pass forward and one backward \[s\].
     fn seconds(&self, law: &dyn Law) -> (f64, f64) {
         let Self { particles, graph, tool, .. } = self;
-        let view = View { particles, graph, tool, poses: &[], twists: &[], interval: 0.1 };
+        let view = View { particles, body: &[], walls: &[], graph, tool, poses: &[], twists: &[], interval: 0.1 };
         let mut out = vec![DVec3::ZERO; particles.len()];
         let clock = Instant::now();
         law.accelerate(&view, &mut out);

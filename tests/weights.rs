@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
+        bodies: 1,
         width,
         rounds: 2,
         sharing: Sharing::Shared,

@@ -71,6 +71,7 @@ impl EdgeKind for ToolToParticle {
     }
 }
 
+/// From the floor, and from walls where there are any.
 impl EdgeKind for FloorToParticle {
     fn name(&self) -> &'static str {
         "floor"
@@ -78,9 +79,8 @@ impl EdgeKind for FloorToParticle {
     fn connect(&self, nodes: &Nodes, _: &CellList, radius: f64) -> EdgeSet {
         let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
         for position in &nodes.positions[..nodes.particles] {
-            if position.z < radius {
-                set.senders.push(nodes.floor() as u32);
-            }
+            let near = nodes.planes().zip(&nodes.planes).filter(|(_, plane)| plane.distance(*position) < radius);
+            set.senders.extend(near.map(|(row, _)| row as u32));
             set.offsets.push(set.senders.len() as u32);
         }
         set
@@ -102,7 +102,7 @@ impl EdgeKind for LeafToRoot {
     }
 }
 
-/// Between all roots of a level.
+/// Between all roots of a body on one level.
 impl EdgeKind for RootToRoot {
     fn name(&self) -> &'static str {
         "root_root"

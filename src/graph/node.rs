@@ -1,24 +1,26 @@
-//! The nodes of a graph: object particles, their roots, samples of the tool's surface, and the floor.
+//! The nodes of a graph: object particles, their roots, samples of the tool's surface, walls, and the floor.
 use super::Roots;
-use crate::state::{Particles, Pose, ToolShape};
+use crate::state::{Particles, Pose, ToolShape, Wall};
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Rows `[particles | roots | tool surface samples | floor]`; particles and roots receive.
+/// Rows `[particles | roots | tool surface samples | walls | floor]`; particles and roots receive.
 #[derive(Clone, Debug, Default)]
 pub struct Nodes {
     /// Number of particles N, the first rows.
     pub particles: usize,
     /// The roots, each at the mean of its particles and with their mean velocity.
     pub roots: Arc<Roots>,
-    /// Positions \[m\]; the floor's row is zero, its place is below each receiver.
+    /// The walls and, last, the floor.
+    pub planes: Vec<Wall>,
+    /// Positions \[m\]; rows of walls and of the floor are zero, their place is the receiver's projection.
     pub positions: Vec<DVec3>,
     /// Velocities \[m/s\]; a tool sample's is that of its part's twist at the end pose, `linear + angular × (p − t)`.
     pub velocities: Vec<DVec3>,
     /// Outward unit normals; zero for particles and roots.
     pub normals: Vec<DVec3>,
-    /// Which tool part a row belongs to; empty rows are particles, roots and floor.
+    /// Which tool part a row belongs to; empty rows are particles, roots, walls and floor.
     pub parts: Vec<Option<u32>>,
 }
 
@@ -27,6 +29,7 @@ impl Nodes {
     pub fn gather(
         particles: &Particles,
         roots: &Arc<Roots>,
+        walls: &[Wall],
         tool: &ToolShape,
         before: &[Pose],
         poses: &[Pose],
@@ -36,6 +39,7 @@ impl Nodes {
         let mut nodes = Self {
             particles: particles.len(),
             roots: Arc::clone(roots),
+            planes: walls.iter().copied().chain([Wall::FLOOR]).collect(),
             positions: roots.with_means(&particles.positions),
             velocities: roots.with_means(&particles.velocities),
             normals: vec![DVec3::ZERO; receivers],
@@ -49,7 +53,9 @@ impl Nodes {
                 nodes.push(arm + to.translation, velocity, to.rotation * point.normal, Some(k as u32));
             }
         }
-        nodes.push(DVec3::ZERO, DVec3::ZERO, DVec3::Z, None);
+        for plane in nodes.planes.clone() {
+            nodes.push(DVec3::ZERO, DVec3::ZERO, plane.normal, None);
+        }
         nodes
     }
 
@@ -60,12 +66,20 @@ impl Nodes {
 
     /// Rows of the tool's samples.
     pub fn tool(&self) -> Range<usize> {
-        self.receivers()..self.floor()
+        self.receivers()..self.len() - self.planes.len()
     }
 
-    /// Row of the floor.
-    pub fn floor(&self) -> usize {
-        self.positions.len() - 1
+    /// Rows of the walls and, last, of the floor.
+    pub fn planes(&self) -> Range<usize> {
+        self.tool().end..self.len()
+    }
+
+    /// From row j to the receiver in row i \[m\]; from a plane at a right angle.
+    pub fn offset(&self, i: usize, j: usize) -> DVec3 {
+        match j.checked_sub(self.planes().start) {
+            Some(plane) => self.planes[plane].offset_to(self.positions[i]),
+            None => self.positions[i] - self.positions[j],
+        }
     }
 
     /// Number of rows.

@@ -56,12 +56,12 @@ impl Radius {
 
 impl GraphPolicy for Radius {
     fn connect(&self, nodes: Nodes) -> Graph {
-        let cells = CellList::new(&nodes.positions[..nodes.floor()], self.radius);
+        let cells = CellList::new(&nodes.positions[..nodes.tool().end], self.radius);
         let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         for &kind in &self.kinds {
             let all = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
             edges[kind] = match self.degree {
-                Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes.positions, most),
+                Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes, most),
                 _ => all,
             };
         }

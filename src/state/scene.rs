@@ -1,5 +1,5 @@
 //! What a model is told before it starts, and what it is told at each step.
-use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape};
+use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Wall};
 use std::sync::Arc;
 
 /// The start of a rollout: particles, and the tool where its motion begins.
@@ -7,6 +7,10 @@ use std::sync::Arc;
 pub struct Scene {
     /// Object particles.
     pub particles: Particles,
+    /// Number of the body that each particle belongs to, N rows; all 0 where there is but one.
+    pub body: Arc<[u32]>,
+    /// Walls around the table.
+    pub walls: Arc<[Wall]>,
     /// Geometry of the tool's parts.
     pub tool: Arc<ToolShape>,
     /// Pose of each part at the start.
@@ -15,6 +19,14 @@ pub struct Scene {
     pub interval: f64,
     /// The simulator's own state at this instant, for the models that need it (the oracle).
     pub snapshot: Option<Snapshot>,
+}
+
+impl Scene {
+    /// One body of particles on an open table, with no simulator behind it.
+    pub fn open(particles: Particles, tool: Arc<ToolShape>, poses: Vec<Pose>, interval: f64) -> Self {
+        let body = vec![0; particles.len()].into();
+        Self { particles, body, walls: Arc::default(), tool, poses, interval, snapshot: None }
+    }
 }
 
 /// A simulator's state as bytes that only it can read.

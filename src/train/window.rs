@@ -1,7 +1,7 @@
 //! Windows: K consecutive control steps of an episode, the examples that every model is fitted to.
 use super::split::Tools;
 use crate::data::Episode;
-use crate::state::{Control, Particles, Pose, Scene, ToolShape};
+use crate::state::{Control, Particles, Pose, Scene, ToolShape, Wall};
 use anyhow::Context;
 use glam::{DQuat, DVec3};
 use rand::Rng;
@@ -24,15 +24,8 @@ pub struct Window<'a> {
 impl<'a> Window<'a> {
     /// Steps `start` to `start + length` of an episode; the range lies inside it.
     pub fn of(episode: &'a Episode, start: usize, length: usize, shape: &Arc<ToolShape>) -> Self {
-        let poses = if start == 0 { &episode.start } else { &episode.controls[start - 1].poses };
         Self {
-            scene: Scene {
-                particles: episode.states[start].clone(),
-                tool: shape.clone(),
-                poses: poses.clone(),
-                interval: episode.interval,
-                snapshot: None,
-            },
+            scene: episode.scene(start, shape),
             controls: Cow::Borrowed(&episode.controls[start..start + length]),
             targets: Cow::Borrowed(&episode.states[start + 1..=start + length]),
         }
@@ -51,6 +44,8 @@ impl<'a> Window<'a> {
         };
         particles(&mut self.scene.particles);
         poses(&mut self.scene.poses);
+        let wall = |wall: &Wall| Wall { normal: turn * wall.normal, ..*wall };
+        self.scene.walls = self.scene.walls.iter().map(wall).collect();
         self.controls.to_mut().iter_mut().for_each(|c| poses(&mut c.poses));
         self.targets.to_mut().iter_mut().for_each(particles);
     }
@@ -194,7 +189,8 @@ mod tests {
             start: vec![pose(0)],
             controls: (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect(),
             states: (0..=6).map(state).collect(),
-            body: vec![0; 3],
+            body: [0; 3].into(),
+            walls: [Wall { normal: DVec3::X, offset: -0.5 }].into(),
         }
     }
 
@@ -243,6 +239,8 @@ mod tests {
             let (a, b) = (turned.targets[1].positions[i], straight.targets[1].positions[i]);
             assert!(place(&turned, a).distance(place(&straight, b)) < 1e-15, "the tool sees the same");
             assert_eq!(a.z, b.z);
+            let gap = |w: &Window<'_>, x: DVec3| w.scene.walls[0].distance(x);
+            assert!((gap(&turned, a) - gap(&straight, b)).abs() < 1e-15, "walls turn as well");
         }
         turned.turn(-0.7);
         for (a, b) in turned.scene.particles.positions.iter().zip(&straight.scene.particles.positions) {

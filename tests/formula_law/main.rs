@@ -74,7 +74,7 @@ impl Bench {
 
     fn view(&self) -> View<'_> {
         let Self { particles, graph, tool, poses, twists } = self;
-        View { particles, graph, tool, poses, twists, interval: 0.1 }
+        View { particles, body: &[], walls: &[], graph, tool, poses, twists, interval: 0.1 }
     }
 
     fn accelerations(&self, law: &dyn Law) -> Vec<DVec3> {

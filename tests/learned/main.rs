@@ -36,6 +36,19 @@ fn derivatives_agree_with_central_differences_where_messages_are_averaged() {
     derivatives_agree_with_central_differences(&law, &Moment::random(40));
 }
 
+#[test]
+fn derivatives_agree_with_central_differences_between_walls_and_bodies() {
+    let here = Moment::random(40).walled();
+    for frame in [FrameSpec::World, FrameSpec::Tool] {
+        let law = shake(LearnedSpec { frame, bodies: 2, ..spec(16) });
+        let alone = Moment { walls: Vec::new(), ..here.clone() }.acceleration(&law);
+        assert!(here.acceleration(&law).iter().zip(&alone).filter(|(a, b)| a != b).count() > 20, "walls matter");
+        let alike = Moment { body: vec![0; 40], ..here.clone() }.acceleration(&law);
+        assert!(here.acceleration(&law).iter().zip(&alike).all(|(a, b)| a != b), "bodies matter");
+        derivatives_agree_with_central_differences(&law, &here);
+    }
+}
+
 fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     let at = cotangent(40);
     let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };
@@ -175,10 +188,11 @@ fn threads_share_a_law_and_an_untrained_one_is_zero() {
 
 #[test]
 fn in_the_frame_of_the_tool_a_turn_of_the_scene_turns_the_accelerations() {
-    let here = Moment::random(40);
+    let here = Moment::random(40).walled();
     let mut there = here.clone();
     let turn = DQuat::from_rotation_z(1.1);
-    let Moment { particles, poses, twists, .. } = &mut there;
+    let Moment { particles, poses, twists, walls, .. } = &mut there;
+    walls.iter_mut().for_each(|wall| wall.normal = turn * wall.normal);
     particles.positions.iter_mut().chain(&mut particles.velocities).for_each(|v| *v = turn * *v);
     poses.iter_mut().for_each(|p| *p = Pose { translation: turn * p.translation, rotation: turn * p.rotation });
     twists.iter_mut().for_each(|t| *t = Twist { linear: turn * t.linear, angular: turn * t.angular });

@@ -3,7 +3,7 @@ use glam::{DQuat, DVec3};
 use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
 use pliant::model::net::{Aggregation, Sharing};
-use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist};
+use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -16,6 +16,8 @@ pub(crate) const SCALE: f64 = 0.004;
 #[derive(Clone)]
 pub(crate) struct Moment {
     pub(crate) particles: Particles,
+    pub(crate) body: Vec<u32>,
+    pub(crate) walls: Vec<Wall>,
     pub(crate) tool: ToolShape,
     pub(crate) poses: Vec<Pose>,
     pub(crate) twists: Vec<Twist>,
@@ -46,6 +48,8 @@ impl Moment {
             |s: f64| Twist { linear: DVec3::new(0.02, -0.03 * s, 0.01), angular: DVec3::new(1.0, 0.5, -0.7 * s) };
         Self {
             particles: Particles { positions, velocities },
+            body: vec![0; count],
+            walls: Vec::new(),
             tool,
             poses: vec![pose(1.0), pose(-1.0)],
             twists: vec![twist(1.0), twist(-1.0)],
@@ -55,7 +59,15 @@ impl Moment {
 
     /// The same under roots, `counts` of them from level to level.
     pub(crate) fn rooted(self, counts: &[usize]) -> Self {
-        Self { roots: Arc::new(Roots::over(&self.particles.positions, counts)), ..self }
+        let all = (0..self.particles.len() as u32).collect();
+        Self { roots: Arc::new(Roots::over(&self.particles.positions, &[all], counts)), ..self }
+    }
+
+    /// The same between two walls, every third particle of another body.
+    pub(crate) fn walled(self) -> Self {
+        let wall = |normal: DVec3, offset| Wall { normal: normal.normalize(), offset };
+        let walls = vec![wall(DVec3::new(1.0, 0.4, 0.2), -0.024), wall(DVec3::new(-0.3, -1.0, 0.0), -0.02)];
+        Self { walls, body: (0..self.particles.len()).map(|i| u32::from(i % 3 == 0)).collect(), ..self }
     }
 
     /// A graph that reaches beyond the law, drawn anew wherever things stand.
@@ -63,12 +75,22 @@ impl Moment {
         let spec =
             json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
         let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
-        policy.connect(Nodes::gather(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL))
+        policy.connect(Nodes::gather(
+            &self.particles,
+            &self.roots,
+            &self.walls,
+            &self.tool,
+            &self.poses,
+            &self.poses,
+            INTERVAL,
+        ))
     }
 
     pub(crate) fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
         View {
             particles: &self.particles,
+            body: &self.body,
+            walls: &self.walls,
             graph,
             tool: &self.tool,
             poses: &self.poses,
@@ -96,6 +118,7 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         rounds: 2,
         sharing: Sharing::Shared,
         aggregation: Aggregation::Sum,
+        bodies: 1,
         edges: kinds(3),
         radius: RADIUS,
         scale: SCALE,

@@ -3,7 +3,7 @@ use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
 use crate::graph::kinds_named;
 use crate::model::net::{Aggregation, Architecture, Features, Network, Sharing};
-use crate::state::{ParticlesGrad, PoseGrad, Twist};
+use crate::state::{ParticlesGrad, PoseGrad, Scene, Twist};
 use anyhow::ensure;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -26,6 +26,10 @@ pub struct LearnedSpec {
     /// How the messages that a node receives become one.
     #[serde(default)]
     pub aggregation: Aggregation,
+    /// Number of bodies that the network tells apart by their numbers; with 1 all are alike to it.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 64))]
+    pub bodies: usize,
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
@@ -52,6 +56,7 @@ impl LearnedSpec {
     pub fn build(self) -> anyhow::Result<Learned> {
         ensure!((1..=1024).contains(&self.width), "width must be between 1 and 1024, got {}", self.width);
         ensure!((1..=16).contains(&self.rounds), "rounds must be between 1 and 16, got {}", self.rounds);
+        ensure!((1..=64).contains(&self.bodies), "bodies must be between 1 and 64, got {}", self.bodies);
         for (key, value) in [("radius", self.radius), ("scale", self.scale)] {
             ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
         }
@@ -59,12 +64,12 @@ impl LearnedSpec {
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
         }
-        let Self { width, rounds, sharing, aggregation, edges, radius, scale, frame, seed, weights } = self;
-        let mut network = Network::new(Architecture { width, rounds, sharing, aggregation, edges }, seed);
+        let Self { width, rounds, sharing, aggregation, bodies, edges, radius, scale, frame, seed, weights } = self;
+        let mut network = Network::new(Architecture { width, rounds, sharing, aggregation, bodies, edges }, seed);
         if let Some(path) = &weights {
             network.load(path)?;
         }
-        Ok(Learned { network, features: Features { kinds, radius, scale }, frame })
+        Ok(Learned { network, features: Features { kinds, bodies, radius, scale }, frame })
     }
 }
 
@@ -88,6 +93,16 @@ impl Learned {
 impl Law for Learned {
     fn rate(&self) -> Rate {
         Rate::Step
+    }
+
+    fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
+        let (told, last) = (self.features.bodies, scene.body.iter().max().map_or(0, |number| *number as usize));
+        ensure!(
+            told == 1 || last < told,
+            "the scene's bodies are numbered up to {last}, but the network tells {told} apart; set `bodies` of the learned law to {}",
+            last + 1
+        );
+        Ok(())
     }
 
     fn reach(&self) -> f64 {
@@ -121,9 +136,9 @@ impl Law for Learned {
             twists: vec![Twist::default(); view.twists.len()],
             weights: &mut [],
         };
-        self.features.pull(&inside, &links, &at_input, &mut inner);
+        let normals = self.features.pull(&inside, &links, &at_input, &mut inner);
         let output: Vec<DVec3> = output.chunks_exact(3).map(|row| frame.leave(unit * vector(row))).collect();
-        frame.pull(view, &output, out, &inner, grad);
+        frame.pull(view, &output, out, &inner, &normals, grad);
     }
 
     fn weights(&self) -> Vec<f32> {
@@ -141,8 +156,16 @@ impl Law for Learned {
 
 /// The same view with particles and tool as `seen` in a frame; which nodes an edge joins does not depend on axes.
 fn within<'a>(view: &View<'a>, seen: &'a Seen) -> View<'a> {
-    let Seen { particles, poses, twists } = seen;
-    View { particles, poses, twists, graph: view.graph, tool: view.tool, interval: view.interval }
+    let Seen { particles, walls, poses, twists } = seen;
+    View { particles, walls, poses, twists, ..*view }
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(count: &usize) -> bool {
+    *count == one()
 }
 
 fn vector(row: &[f32]) -> DVec3 {

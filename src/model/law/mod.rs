@@ -1,6 +1,6 @@
 //! Laws: whatever accelerates a particle. Written or learned, they look the same, and a hybrid is a list of both.
 use crate::graph::Graph;
-use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
+use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist, Wall};
 use glam::DVec3;
 use std::path::Path;
 
@@ -23,6 +23,10 @@ pub use learned::{Learned, LearnedSpec};
 pub struct View<'a> {
     /// Particles now.
     pub particles: &'a Particles,
+    /// Number of the body that each particle belongs to.
+    pub body: &'a [u32],
+    /// Walls around the table.
+    pub walls: &'a [Wall],
     /// Their graph. For a law of [`Rate::Step`], what the model's policy drew. For a law of [`Rate::Substep`], only a half list
     /// of particle pairs, each once with receiver < sender, that holds at least all pairs within [`Law::reach`]; no nodes.
     pub graph: &'a Graph,
@@ -62,6 +66,13 @@ pub trait Law: Send + Sync {
     /// How often to ask.
     fn rate(&self) -> Rate {
         Rate::Substep
+    }
+    /// Whether this law can be asked about what starts from `scene`; called before any rollout.
+    ///
+    /// # Errors
+    /// A sentence saying what does not suit the law.
+    fn accepts(&self, _: &Scene) -> anyhow::Result<()> {
+        Ok(())
     }
     /// Distance beyond which no particle acts on another \[m\].
     fn reach(&self) -> f64 {

@@ -1,14 +1,12 @@
 //! The adjoint of one control step, substep by substep backwards.
-use super::interval::Interval;
-use super::neighbours::Lists;
+use super::interval::{Interval, Substep};
 use super::state::StateGrad;
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
 use crate::model::law::{Law, Rate, View, ViewGrad};
-use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
+use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
 use glam::DVec3;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// What flows backwards through an interval.
 struct Backward<'a> {
@@ -73,8 +71,8 @@ impl Adjoint<ParticleState> for ParticleModel {
     ) -> (Vec<f64>, ControlGrad) {
         let count = state.particles.len();
         let interval = Interval::new(self, state, control);
-        let mut tape: Vec<(Particles, Arc<Lists>)> = Vec::with_capacity(self.substeps);
-        interval.advance(|particles, lists| tape.push((particles.clone(), Arc::clone(lists))));
+        let mut tape = Vec::with_capacity(self.substeps);
+        interval.advance(Some(&mut tape));
 
         let StateGrad { particles, poses: to } = StateGrad::read(next, count);
         let parts = state.poses.len();
@@ -90,7 +88,11 @@ impl Adjoint<ParticleState> for ParticleModel {
         let mut at_acceleration = vec![DVec3::ZERO; count];
         let mut at_held = vec![DVec3::ZERO; count];
         let mut poses: Vec<Pose> = Vec::with_capacity(parts);
-        for (k, (particles, lists)) in tape.iter().enumerate().rev() {
+        let mut by_start = vec![DVec3::ZERO; if state.rigid.is_empty() { 0 } else { count }];
+        for (k, Substep { start, lists, rigid }) in tape.iter().enumerate().rev() {
+            for (rows, motion) in state.rigid.iter().zip(rigid) {
+                motion.pull(rows, interval.h, &mut back.particles, &mut by_start);
+            }
             let ParticlesGrad { positions, velocities } = &mut back.particles;
             for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
                 let push = *v + interval.h * *x;
@@ -99,8 +101,11 @@ impl Adjoint<ParticleState> for ParticleModel {
                 at_held[i] += at_acceleration[i];
             }
             interval.place(k, &mut poses);
-            let view = |law: &dyn Law| interval.view(particles, lists.of(law.reach()), &poses);
+            let view = |law: &dyn Law| interval.view(start, lists.of(law.reach()), &poses);
             back.laws(Rate::Substep, view, &at_acceleration, interval.fraction(k), weights);
+            for (x, by) in back.particles.positions.iter_mut().zip(&mut by_start) {
+                *x += std::mem::take(by);
+            }
         }
         if let Some((graph, _)) = &interval.held {
             let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);

@@ -1,12 +1,12 @@
 //! What a particle model carries from step to step.
 use crate::graph::{GraphPolicy, Roots};
-use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape};
+use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
 /// Particles in canonical order, and the tool.
 ///
-/// The order is lexicographic in position, then velocity, at the start: sums over neighbours then run in an order that does not
+/// The order is lexicographic in position, then velocity, then body, at the start: sums over neighbours then run in an order that does not
 /// know how the scene numbered its particles, so relabelling them relabels the prediction bit for bit.
 #[derive(Clone, Debug)]
 pub struct ParticleState {
@@ -14,6 +14,12 @@ pub struct ParticleState {
     pub(super) particles: Particles,
     /// Row of the scene that each canonical row came from.
     order: Arc<[u32]>,
+    /// Number of the body that each belongs to, in canonical order.
+    pub(super) body: Arc<[u32]>,
+    /// Rows of each body that keeps its shape.
+    pub(super) rigid: Arc<[Vec<u32>]>,
+    /// Walls around the table.
+    pub(super) walls: Arc<[Wall]>,
     /// Tool geometry.
     pub(super) tool: Arc<ToolShape>,
     /// Roots over the particles, where the model's graph has any.
@@ -25,8 +31,8 @@ pub struct ParticleState {
 }
 
 impl ParticleState {
-    /// Of a scene, with the roots that `graph` draws over it.
-    pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>) -> Self {
+    /// Of a scene whose bodies of these numbers are `rigid`, with the roots that `graph` draws over it.
+    pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>, rigid: &[u32]) -> Self {
         let particles = &scene.particles;
         let key = |i: u32| {
             let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
@@ -35,15 +41,22 @@ impl ParticleState {
         let mut order: Vec<u32> = (0..particles.len() as u32).collect();
         order.sort_by(|&a, &b| {
             let pairs = key(a).into_iter().zip(key(b));
-            pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+            let differ = pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
+            differ.unwrap_or_else(|| scene.body[a as usize].cmp(&scene.body[b as usize]))
         });
+        let body: Arc<[u32]> = order.iter().map(|&i| scene.body[i as usize]).collect();
+        let rows = |number: &u32| (0..body.len()).filter(|&i| body[i] == *number).map(|i| i as u32).collect();
+        let rigid: Vec<Vec<u32>> = rigid.iter().map(rows).filter(|rows: &Vec<u32>| !rows.is_empty()).collect();
         let sorted = |rows: &[DVec3]| order.iter().map(|&i| rows[i as usize]).collect();
         let particles =
             Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
         Self {
-            roots: Arc::new(graph.map(|graph| graph.roots(&particles)).unwrap_or_default()),
+            roots: Arc::new(graph.map(|graph| graph.roots(&particles, &body)).unwrap_or_default()),
             particles,
             order: order.into(),
+            body,
+            rigid: rigid.into(),
+            walls: Arc::clone(&scene.walls),
             tool: Arc::clone(&scene.tool),
             poses: scene.poses.clone(),
             interval: scene.interval,
@@ -52,8 +65,17 @@ impl ParticleState {
 
     /// The state after a step that ends with these particles.
     pub(super) fn next(&self, particles: Particles, control: &Control) -> Self {
-        let (order, tool, roots) = (Arc::clone(&self.order), Arc::clone(&self.tool), Arc::clone(&self.roots));
-        Self { particles, order, tool, roots, poses: control.poses.clone(), interval: self.interval }
+        Self {
+            particles,
+            order: Arc::clone(&self.order),
+            body: Arc::clone(&self.body),
+            rigid: Arc::clone(&self.rigid),
+            walls: Arc::clone(&self.walls),
+            tool: Arc::clone(&self.tool),
+            roots: Arc::clone(&self.roots),
+            poses: control.poses.clone(),
+            interval: self.interval,
+        }
     }
 
     /// The particles in the scene's order.
