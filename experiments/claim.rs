@@ -84,6 +84,12 @@ pub(crate) fn listed(change: &str) -> Option<String> {
     Some(list.replace(['[', ']', '"', '\''], "").replace(',', ", ").replace("  ", " "))
 }
 
+/// What a change such as `key=value` sets, or `key=value other=value` alike; of the baseline what its own value is.
+pub(crate) fn changed(change: &str, baseline: &str) -> String {
+    let first = change.split(' ').next().and_then(|one| one.split_once('='));
+    first.map_or_else(|| baseline.to_owned(), |(_, value)| value.to_owned())
+}
+
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()

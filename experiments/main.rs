@@ -7,6 +7,7 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod aggregation;
 mod claim;
 mod closed_loop;
 mod cpu;
@@ -14,12 +15,16 @@ mod edge_types;
 mod endurance;
 mod formula;
 mod hierarchy;
+mod horizon;
 mod hybrid;
 mod metrics;
 mod network_speed;
+mod noise;
 mod peer;
 mod quickstart;
+mod radius;
 mod random_graph;
+mod rounds;
 mod speed;
 mod world;
 
@@ -30,6 +35,11 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
+    aggregation::CLAIM,
+    rounds::CLAIM,
+    radius::CLAIM,
+    noise::CLAIM,
+    horizon::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
