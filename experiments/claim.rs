@@ -37,6 +37,8 @@ pub(crate) enum Rows {
     Measured(Measure),
     /// A function that measures them anew beside another project's program; `python=PATH` names the interpreter that runs it.
     Beside(fn(Size, &Peer, &Watch) -> anyhow::Result<Vec<Value>>),
+    /// A function that measures them anew on recordings of others; `recordings=PATH` names their folder.
+    Recorded(Measure),
 }
 
 /// Makes rows, and figures below a folder.
@@ -61,6 +63,19 @@ pub(crate) const SMALL_FITS: &[&str] = &[
     "model.hybrid.train.identify.evaluations=12",
     "model.hybrid.train.residual.steps=4",
 ];
+
+/// What `key=VALUE` among `words` gives, else `default`.
+///
+/// # Errors
+/// When a word is another one.
+pub(crate) fn chosen(words: &[String], key: &str, default: &str) -> anyhow::Result<String> {
+    let mut value = default.to_owned();
+    for word in words {
+        let given = word.strip_prefix(key).and_then(|rest| rest.strip_prefix('='));
+        value = given.with_context(|| format!("`{word}` means nothing here; there is {key}=PATH"))?.to_owned();
+    }
+    Ok(value)
+}
 
 /// The number under `key`, which is none where there is none.
 pub(crate) fn number(row: &Value, key: &str) -> f64 {
@@ -104,6 +119,10 @@ impl Experiment {
                 measure(size, out, watch)?
             }
             Rows::Beside(measure) => measure(size, &Peer::named(words)?, watch)?,
+            Rows::Recorded(measure) => {
+                let folder = chosen(words, "recordings", "../shared/data/boxbath")?;
+                measure(size, folder.as_ref(), watch)?
+            }
             Rows::Sweep { config, smoke } => {
                 let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
                 if size == Size::Smoke {

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 mod aggregation;
+mod box_bath;
 mod claim;
 mod closed_loop;
 mod cpu;
@@ -40,6 +41,7 @@ const EXPERIMENTS: &[Experiment] = &[
     radius::CLAIM,
     noise::CLAIM,
     horizon::CLAIM,
+    box_bath::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,

@@ -1,5 +1,5 @@
 //! One recorded tool action.
-use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape, Wall};
+use crate::state::{Control, MEMORY, Particles, Pose, Rollout, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -39,6 +39,7 @@ impl Episode {
     pub fn scene(&self, t: usize, tool: &Arc<ToolShape>) -> Scene {
         Scene {
             particles: self.states[t].clone(),
+            past: self.states[..t].iter().rev().take(MEMORY).map(|x| x.velocities.clone()).collect(),
             body: Arc::clone(&self.body),
             walls: Arc::clone(&self.walls),
             tool: tool.clone(),

@@ -84,12 +84,12 @@ pub fn ablation<'a>(
         format!("achieved cost against the reference: {}", verdict(achieved)),
     ];
     if several {
-        let errors: [(&str, fn(&Row) -> Option<f64>); 2] =
-            [("one-step", |row| row.one_step), ("rollout", |row| row.rollout)];
-        for (what, of) in errors {
+        let mut compare = |what: &str, of: fn(&Row) -> Option<f64>| {
             let predicted = named.iter().map(|(label, key, mine)| (label.clone(), prediction(*key, mine, of)));
             notes.push(format!("{what} error against the reference, paired by seed: {}", verdict(predicted)));
-        }
+        };
+        compare("one-step", |row| row.one_step);
+        compare("rollout", |row| row.rollout);
     }
     Grid {
         title: title.to_owned(),

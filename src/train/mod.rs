@@ -17,6 +17,8 @@ mod search;
 mod split;
 mod train_spec;
 mod trainer;
+mod unmatched;
+mod unroll;
 mod validation;
 mod window;
 
@@ -31,4 +33,6 @@ pub use schedule::rate_at;
 pub use split::{Split, Tools};
 pub use train_spec::{Keep, TrainSpec};
 pub use trainer::{Trained, Trainer};
+pub use unmatched::Unmatched;
+pub use unroll::Unroll;
 pub use window::{Window, Windows};

@@ -43,6 +43,7 @@ impl<'a> Window<'a> {
             }
         };
         particles(&mut self.scene.particles);
+        self.scene.past.iter_mut().flatten().for_each(|v| *v = turn * *v);
         poses(&mut self.scene.poses);
         let wall = |wall: &Wall| Wall { normal: turn * wall.normal, ..*wall };
         self.scene.walls = self.scene.walls.iter().map(wall).collect();
@@ -50,19 +51,39 @@ impl<'a> Window<'a> {
         self.targets.to_mut().iter_mut().for_each(particles);
     }
 
+    /// Keeps the first `length` control steps.
+    pub fn shorten(&mut self, length: usize) {
+        fn head<T: Clone>(list: &mut Cow<'_, [T]>, length: usize) {
+            match list {
+                Cow::Borrowed(rows) => *rows = &rows[..length.min(rows.len())],
+                Cow::Owned(rows) => rows.truncate(length),
+            }
+        }
+        head(&mut self.controls, length);
+        head(&mut self.targets, length);
+    }
+
     /// Adds random-walk noise to the start, the targets staying true.
     ///
     /// Two steps of a walk `n₋₁ ~ N(0, σ²/2)`, `n₀ = n₋₁ + N(0, σ²/2)` per coordinate shift the previous and the present
-    /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`. `sigma` in \[m\].
+    /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`, and so do earlier velocities by steps of
+    /// their own. `sigma` in \[m\].
     /// After Sanchez-Gonzalez et al. (2020), appendix B.
     pub fn disturb(&mut self, sigma: f64, rng: &mut ChaCha8Rng) {
         let share = sigma * 0.5_f64.sqrt();
+        // The past has a stream of its own: what a model without memory is trained on does not depend on it.
+        let mut far = rng.clone();
+        far.set_stream(!rng.get_stream());
+        let interval = self.scene.interval;
+        for velocity in self.scene.past.iter_mut().flatten() {
+            *velocity += DVec3::from_array(std::array::from_fn(|_| share * normal(&mut far))) / interval;
+        }
         let mut step = || DVec3::from_array(std::array::from_fn(|_| share * normal(rng)));
         let particles = &mut self.scene.particles;
         for (position, velocity) in particles.positions.iter_mut().zip(&mut particles.velocities) {
             let (before, now) = (step(), step());
             *position += before + now;
-            *velocity += now / self.scene.interval;
+            *velocity += now / interval;
         }
     }
 }
@@ -212,6 +233,21 @@ mod tests {
     }
 
     #[test]
+    fn a_shortened_window_is_its_beginning() {
+        let (list, tools) = ([episode()], tools());
+        let mut window = Window::of(&list[0], 1, 4, &tools["press"]);
+        let mut turned = window.clone();
+        turned.turn(0.3);
+        for window in [&mut window, &mut turned] {
+            let whole = window.clone();
+            window.shorten(9);
+            assert_eq!((&window.controls, &window.targets), (&whole.controls, &whole.targets));
+            window.shorten(2);
+            assert_eq!((&*window.controls, &*window.targets), (&whole.controls[..2], &whole.targets[..2]));
+        }
+    }
+
+    #[test]
     fn only_windows_in_which_something_moves_are_preferred() {
         let (list, tools) = ([episode()], tools());
         let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
@@ -229,7 +265,8 @@ mod tests {
 
     #[test]
     fn a_turned_window_is_the_same_seen_from_another_side() {
-        let (episode, tools) = (episode(), tools());
+        let (mut episode, tools) = (episode(), tools());
+        episode.states[1].velocities[2] = DVec3::new(0.3, -0.2, 0.1);
         let straight = Window::of(&episode, 2, 2, &tools["press"]);
         let mut turned = straight.clone();
         turned.turn(0.7);
@@ -242,9 +279,35 @@ mod tests {
             let gap = |w: &Window<'_>, x: DVec3| w.scene.walls[0].distance(x);
             assert!((gap(&turned, a) - gap(&straight, b)).abs() < 1e-15, "walls turn as well");
         }
+        let speed = |w: &Window<'_>| w.scene.past[0][2];
+        let back = DQuat::from_rotation_z(-0.7) * speed(&turned);
+        assert!(speed(&straight).length() > 0.0 && back.distance(speed(&straight)) < 1e-15, "the past turns as well");
         turned.turn(-0.7);
         for (a, b) in turned.scene.particles.positions.iter().zip(&straight.scene.particles.positions) {
             assert!(a.distance(*b) < 1e-15);
+        }
+    }
+
+    #[test]
+    fn noise_on_the_past_is_a_step_of_its_own_each_and_changes_nothing_else() {
+        let (mut episode, tools, sigma) = (episode(), tools(), 2e-3);
+        episode.states.iter_mut().for_each(|s| *s = Particles::at_rest(vec![DVec3::ZERO; 4000]));
+        let mut windows = [3, 3].map(|start| Window::of(&episode, start, 2, &tools["press"]));
+        windows[1].scene.past.clear();
+        windows.iter_mut().for_each(|window| window.disturb(sigma, &mut ChaCha8Rng::seed_from_u64(5)));
+        let [remembering, other] = windows;
+        assert_eq!(remembering.scene.particles, other.scene.particles);
+        let past = &remembering.scene.past;
+        assert_eq!(past.len(), 3);
+        let mean = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / (3.0 * 4000.0);
+        for (k, a) in past.iter().enumerate() {
+            let deviation = 0.1 * mean(a, a).sqrt() / sigma;
+            assert!((deviation - 0.5_f64.sqrt()).abs() < 0.03, "{k}: {deviation}");
+            let others = past[..k].iter().chain([&remembering.scene.particles.velocities]);
+            assert!(
+                others.map(|b| (0.01 * mean(a, b) / sigma.powi(2)).abs()).all(|c| c < 0.02),
+                "{k} is no step of its own"
+            );
         }
     }
 

@@ -229,6 +229,7 @@ impl World {
     pub fn scene(&self, tool: &Arc<ToolShape>, start: &[Pose]) -> Scene {
         Scene {
             particles: Particles::at_rest(self.positions()),
+            past: Vec::new(),
             body: self.pieces().into_iter().map(|piece| piece as u32).collect(),
             walls: self.walls.clone().into(),
             tool: tool.clone(),

@@ -2,6 +2,7 @@
 use direction::Direction;
 use drift::Drift;
 use glam::{DQuat, DVec3};
+use memory::Memory;
 use pliant::graph::GraphSpec;
 use pliant::model::law::Law;
 use pliant::model::particles::{ParticleModel, ParticlesSpec};
@@ -14,6 +15,7 @@ use std::sync::Arc;
 
 mod direction;
 mod drift;
+mod memory;
 
 #[derive(Deserialize)]
 struct Contender {
@@ -163,6 +165,36 @@ fn the_gradient_through_a_rigid_body_and_beside_a_wall_agrees_with_central_diffe
 #[test]
 fn a_hybrid_gradient_agrees_with_central_differences() {
     check(&hybrid(), "hybrid", |_| ());
+}
+
+#[test]
+fn the_gradient_through_the_past_agrees_with_central_differences() {
+    let graph: GraphSpec = toml_edit::de::from_str("kind = \"radius\"\nradius = 0.02\nedges = [\"particle\"]").unwrap();
+    let mut laws = analytic_laws();
+    laws.push(Box::new(Memory(vec![-9.0, 4.0, 6.0])));
+    let model = ParticleModel::new(40, 0.5, Some(graph.build().unwrap()), laws).unwrap();
+    check(&model, "memory", |_| ());
+    // Two particles apart: every velocity follows from those of the steps before, and of the scene's past.
+    let far = vec![Pose { translation: DVec3::Z * 9.0, ..Pose::default() }];
+    let tool = Arc::new(ToolShape::from(vec![Part {
+        solid: Solid::Cuboid { half: DVec3::splat(0.01) },
+        surface: Vec::new(),
+    }]));
+    let particles = Particles { positions: vec![DVec3::Z, DVec3::Z * 2.0], velocities: vec![DVec3::X, DVec3::Y] };
+    let mut scene = Scene::open(particles, tool, far.clone(), 0.1);
+    scene.past = vec![vec![DVec3::Y, DVec3::Z]];
+    let graph: GraphSpec = toml_edit::de::from_str("kind = \"radius\"\nradius = 0.02\nedges = [\"particle\"]").unwrap();
+    let model =
+        ParticleModel::new(1, 1.0, Some(graph.build().unwrap()), vec![Box::new(Memory(vec![2.0, 3.0]))]).unwrap();
+    let rollout = model.rollout(&scene, &vec![Control { poses: far }; 3]);
+    for i in 0..2 {
+        let mut v = [[DVec3::ZERO, DVec3::Y, DVec3::X], [DVec3::ZERO, DVec3::Z, DVec3::Y]][i].to_vec();
+        for (t, state) in rollout.iter().enumerate().skip(1) {
+            let n = v.len();
+            v.push(v[n - 1] + 0.1 * (2.0 * v[n - 2] + 3.0 * v[n - 3]));
+            assert!(state.velocities[i].distance(v[n]) < 1e-14, "step {t}");
+        }
+    }
 }
 
 #[test]

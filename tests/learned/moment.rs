@@ -16,6 +16,7 @@ pub(crate) const SCALE: f64 = 0.004;
 #[derive(Clone)]
 pub(crate) struct Moment {
     pub(crate) particles: Particles,
+    pub(crate) past: Vec<Vec<DVec3>>,
     pub(crate) body: Vec<u32>,
     pub(crate) walls: Vec<Wall>,
     pub(crate) tool: ToolShape,
@@ -48,6 +49,7 @@ impl Moment {
             |s: f64| Twist { linear: DVec3::new(0.02, -0.03 * s, 0.01), angular: DVec3::new(1.0, 0.5, -0.7 * s) };
         Self {
             particles: Particles { positions, velocities },
+            past: Vec::new(),
             body: vec![0; count],
             walls: Vec::new(),
             tool,
@@ -61,6 +63,13 @@ impl Moment {
     pub(crate) fn rooted(self, counts: &[usize]) -> Self {
         let all = (0..self.particles.len() as u32).collect();
         Self { roots: Arc::new(Roots::over(&self.particles.positions, &[all], counts)), ..self }
+    }
+
+    /// The same with `count` velocities of the past.
+    pub(crate) fn remembering(self, count: usize) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(16);
+        let mut rows = || self.particles.velocities.iter().map(|v| *v + vector(&mut rng, 0.02)).collect();
+        Self { past: (0..count).map(|_| rows()).collect(), ..self }
     }
 
     /// The same between two walls, every third particle of another body.
@@ -89,6 +98,7 @@ impl Moment {
     pub(crate) fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
         View {
             particles: &self.particles,
+            past: &self.past,
             body: &self.body,
             walls: &self.walls,
             graph,
@@ -118,6 +128,7 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         rounds: 2,
         sharing: Sharing::Shared,
         aggregation: Aggregation::Sum,
+        history: 1,
         bodies: 1,
         edges: kinds(3),
         radius: RADIUS,

@@ -27,6 +27,7 @@ pub(super) struct Frame {
 /// What a view holds, as the frame's axes show it.
 pub(super) struct Seen {
     pub(super) particles: Particles,
+    pub(super) past: Vec<Vec<DVec3>>,
     pub(super) walls: Vec<Wall>,
     pub(super) poses: Vec<Pose>,
     pub(super) twists: Vec<Twist>,
@@ -59,7 +60,7 @@ impl Frame {
 
     /// The view's particles and tool in the frame.
     pub(super) fn see(&self, view: &View<'_>) -> Seen {
-        let all = |list: &[DVec3]| list.iter().map(|v| self.enter(*v)).collect();
+        let all = |list: &[DVec3]| list.iter().map(|v| self.enter(*v)).collect::<Vec<_>>();
         let pose = |p: &Pose| Pose {
             translation: self.enter(p.translation),
             rotation: (self.turn.inverse() * p.rotation).normalize(),
@@ -70,6 +71,7 @@ impl Frame {
                 positions: all(&view.particles.positions),
                 velocities: all(&view.particles.velocities),
             },
+            past: view.past.iter().map(|velocities| all(velocities)).collect(),
             walls: view.walls.iter().map(|wall| Wall { normal: self.enter(wall.normal), ..*wall }).collect(),
             poses: view.poses.iter().map(pose).collect(),
             twists: view.twists.iter().map(twist).collect(),
@@ -101,6 +103,11 @@ impl Frame {
         for (i, (x, v)) in view.particles.positions.iter().zip(&view.particles.velocities).enumerate() {
             grad.particles.positions[i] += back(x, &positions[i]);
             grad.particles.velocities[i] += back(v, &velocities[i]);
+        }
+        for ((velocities, inner), own) in view.past.iter().zip(&inner.past).zip(&mut grad.past) {
+            for ((v, g), own) in velocities.iter().zip(inner).zip(own) {
+                *own += back(v, g);
+            }
         }
         for (wall, normal) in view.walls.iter().zip(normals) {
             back(&wall.normal, normal);

@@ -23,6 +23,8 @@ pub use learned::{Learned, LearnedSpec};
 pub struct View<'a> {
     /// Particles now.
     pub particles: &'a Particles,
+    /// Velocities one, two … control steps before \[m/s\], N rows each: at least as many as [`Law::memory`] asks for.
+    pub past: &'a [Vec<DVec3>],
     /// Number of the body that each particle belongs to.
     pub body: &'a [u32],
     /// Walls around the table.
@@ -44,6 +46,8 @@ pub struct View<'a> {
 pub struct ViewGrad<'a> {
     /// Particles' part.
     pub particles: ParticlesGrad,
+    /// The past's part, as many as the model remembers.
+    pub past: Vec<Vec<DVec3>>,
     /// Poses' part.
     pub poses: Vec<PoseGrad>,
     /// Twists' part.
@@ -73,6 +77,10 @@ pub trait Law: Send + Sync {
     /// A sentence saying what does not suit the law.
     fn accepts(&self, _: &Scene) -> anyhow::Result<()> {
         Ok(())
+    }
+    /// Number of velocities before the present one that it looks at.
+    fn memory(&self) -> usize {
+        0
     }
     /// Distance beyond which no particle acts on another \[m\].
     fn reach(&self) -> f64 {

@@ -29,11 +29,19 @@ pub struct Architecture {
     /// How messages become one.
     #[serde(default)]
     pub aggregation: Aggregation,
+    /// Number of velocities of a particle that are seen.
+    #[serde(default = "one")]
+    pub history: usize,
     /// Number of bodies told apart; with 1 all are alike.
     #[serde(default = "one")]
     pub bodies: usize,
     /// Names of the edge kinds that have an edge network, in order.
     pub edges: Vec<String>,
+}
+
+/// Numbers a node where so many velocities are seen and so many bodies told apart.
+pub(super) fn node_features(history: usize, bodies: usize) -> usize {
+    NODE_FEATURES + told_apart(bodies) + 3 * (history - 1)
 }
 
 /// Numbers of a node that say which of `bodies` it belongs to: none where there is nothing to tell apart.
@@ -117,7 +125,7 @@ impl Architecture {
 
     /// Numbers a node.
     pub fn node_features(&self) -> usize {
-        NODE_FEATURES + told_apart(self.bodies)
+        node_features(self.history, self.bodies)
     }
 
     /// Number of weights.

@@ -1,5 +1,5 @@
 //! From a scene to numbers and back: the features of nodes and edges, and their pullback to particles, poses and twists.
-use super::architecture::told_apart;
+use super::architecture::{node_features, told_apart};
 use super::input::{EDGE_FEATURES, Edges, Input, InputGrad, Links, NODE_FEATURES};
 use crate::graph::{EDGE_KINDS, Window};
 use crate::model::law::{View, ViewGrad};
@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub(crate) struct Features {
     /// Places in [`crate::graph::EDGE_KINDS`] of the kinds with an edge network, in the network's order.
     pub(crate) kinds: Vec<usize>,
+    /// Number of velocities of a particle that are seen.
+    pub(crate) history: usize,
     /// Number of bodies told apart.
     pub(crate) bodies: usize,
     /// Radius R at which a message has faded to zero \[m\].
@@ -140,7 +142,8 @@ impl Features {
         let per_speed = view.interval / self.scale;
         let (planes, count) = (nodes.first_plane(), nodes.positions.len());
         let (bodies, of) = (told_apart(self.bodies), view.graph.nodes.roots.with_bodies(view.body));
-        let mut rows = Vec::with_capacity(count * (NODE_FEATURES + bodies));
+        let past: Vec<_> = self.past(view).map(|velocities| view.graph.nodes.roots.with_means(velocities)).collect();
+        let mut rows = Vec::with_capacity(count * node_features(self.history, self.bodies));
         for row in 0..count {
             push(&mut rows, nodes.velocities[row] * per_speed);
             // A root has none of the roles.
@@ -150,9 +153,16 @@ impl Features {
             push(&mut rows, nodes.normals[row]);
             let own = |body: usize| of.get(row).is_some_and(|number| *number as usize == body);
             rows.extend((0..bodies).map(|body| if own(body) { 1.0 } else { 0.0 }));
+            let before = past.iter().map(|velocities| velocities.get(row).copied().unwrap_or_default());
+            before.for_each(|velocity| push(&mut rows, velocity * per_speed));
         }
         let edges = self.kinds.iter().map(|&kind| self.edges(view, &nodes, kind, per_speed)).collect();
         Input { particles, receivers, nodes: rows, edges }
+    }
+
+    /// The velocities of the past that are seen.
+    fn past<'a>(&self, view: &View<'a>) -> impl Iterator<Item = &'a Vec<DVec3>> {
+        view.past.iter().take(self.history - 1)
     }
 
     /// `z/√(z² + R²)` and its derivative: linear near the table, constant far above it.
@@ -193,12 +203,18 @@ impl Features {
         let (particles, receivers) = (view.particles.len(), view.particles.len() + roots.len());
         let per_speed = view.interval / self.scale;
         let mut at_nodes = nodes.zero();
-        for (row, g) in at.nodes.chunks_exact(NODE_FEATURES + told_apart(self.bodies)).enumerate() {
+        let first = NODE_FEATURES + told_apart(self.bodies);
+        let mut at_past: Vec<_> = self.past(view).map(|_| vec![DVec3::ZERO; receivers]).collect();
+        for (row, g) in at.nodes.chunks_exact(node_features(self.history, self.bodies)).enumerate() {
             at_nodes.velocities[row] += read(&g[..3]) * per_speed;
             if row < receivers {
                 at_nodes.positions[row].z += f64::from(g[6]) * self.height(nodes.positions[row].z).1;
             }
             at_nodes.normals[row] += read(&g[7..10]);
+            if row < receivers {
+                let before = at_past.iter_mut().zip(g[first..].chunks_exact(3));
+                before.for_each(|(at, g)| at[row] = read(g) * per_speed);
+            }
         }
         for ((links, at), &kind) in links.iter().zip(&at.edges).zip(&self.kinds) {
             let window = EDGE_KINDS[kind].window();
@@ -215,6 +231,10 @@ impl Features {
         }
         roots.with_means_vjp(&mut at_nodes.positions);
         roots.with_means_vjp(&mut at_nodes.velocities);
+        for (at, own) in at_past.iter_mut().zip(&mut grad.past) {
+            roots.with_means_vjp(at);
+            own.iter_mut().zip(at).for_each(|(own, at)| *own += *at);
+        }
         for i in 0..particles {
             grad.particles.positions[i] += at_nodes.positions[i];
             grad.particles.velocities[i] += at_nodes.velocities[i];

@@ -12,6 +12,7 @@ use std::ops::Range;
 struct Backward<'a> {
     interval: &'a Interval<'a>,
     particles: ParticlesGrad,
+    past: Vec<Vec<DVec3>>,
     /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
     from: Vec<PoseGrad>,
     to: Vec<PoseGrad>,
@@ -35,12 +36,14 @@ impl Backward<'_> {
             let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
             let mut grad = ViewGrad {
                 particles: std::mem::take(&mut self.particles),
+                past: std::mem::take(&mut self.past),
                 poses: std::mem::take(&mut self.poses),
                 twists: std::mem::take(&mut self.twists),
                 weights: &mut weights[own],
             };
             law.accelerate_vjp(&view(law), at, &mut grad);
-            (self.particles, self.poses, self.twists) = (grad.particles, grad.poses, grad.twists);
+            (self.particles, self.past) = (grad.particles, grad.past);
+            (self.poses, self.twists) = (grad.poses, grad.twists);
         }
         let Interval { state, control, .. } = self.interval;
         for (i, (from, to)) in state.poses.iter().zip(&control.poses).enumerate() {
@@ -74,12 +77,16 @@ impl Adjoint<ParticleState> for ParticleModel {
         let mut tape = Vec::with_capacity(self.substeps);
         interval.advance(Some(&mut tape));
 
-        let StateGrad { particles, poses: to } = StateGrad::read(next, count);
+        let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, state);
+        // The next state remembers this one's velocities first, and then what this one does.
+        newer.push(vec![DVec3::ZERO; count]);
+        let velocities = newer.remove(0);
         let parts = state.poses.len();
         let nothing = vec![PoseGrad::default(); parts];
         let mut back = Backward {
             interval: &interval,
             particles,
+            past: newer,
             from: nothing.clone(),
             to,
             poses: nothing,
@@ -111,7 +118,8 @@ impl Adjoint<ParticleState> for ParticleModel {
             let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
             back.laws(Rate::Step, view, &at_held, 1.0, weights);
         }
-        let at_state = StateGrad { particles: back.particles, poses: back.from };
+        back.particles.velocities.iter_mut().zip(velocities).for_each(|(own, by)| *own += by);
+        let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })
     }
 
@@ -120,11 +128,12 @@ impl Adjoint<ParticleState> for ParticleModel {
             positions: state.gather(&particles.positions),
             velocities: state.gather(&particles.velocities),
         };
-        StateGrad { particles, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
+        let past = vec![vec![DVec3::ZERO; state.particles.len()]; state.past.len()];
+        StateGrad { particles, past, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
     }
 
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64]) -> SceneGrad {
-        let StateGrad { particles, poses } = StateGrad::read(at_start, start.particles.len());
+        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start);
         let particles = ParticlesGrad {
             positions: start.scatter(&particles.positions),
             velocities: start.scatter(&particles.velocities),

@@ -70,8 +70,8 @@ impl<'a> Interval<'a> {
 
     /// What a law sees.
     pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
-        let ParticleState { body, walls, tool, interval, .. } = self.state;
-        View { particles, body, walls, graph, tool, poses, twists: &self.twists, interval: *interval }
+        let ParticleState { past, body, walls, tool, interval, .. } = self.state;
+        View { particles, past, body, walls, graph, tool, poses, twists: &self.twists, interval: *interval }
     }
 
     /// How far the tool has come in substep `k`, of the way from its start to its end.

@@ -60,6 +60,8 @@ pub struct ParticleModel {
     rigid: Vec<u32>,
     graph: Option<Box<dyn GraphPolicy>>,
     laws: Vec<Box<dyn Law>>,
+    /// Number of velocities before the present one that some law looks at.
+    memory: usize,
     /// Where each law's weights lie in the model's.
     spans: Vec<Range<usize>>,
 }
@@ -88,7 +90,8 @@ impl ParticleModel {
             start..end
         });
         let spans = spans.collect();
-        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, spans })
+        let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
+        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, memory, spans })
     }
 
     /// The laws of one rate, each with its place in the model's weights.
@@ -114,7 +117,7 @@ impl Dynamics for ParticleModel {
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
-        ParticleState::new(scene, self.graph.as_deref(), &self.rigid)
+        ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory)
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
