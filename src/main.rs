@@ -39,7 +39,7 @@ enum Verb {
         #[command(flatten)]
         config: Config,
     },
-    /// Fit one model to a folder of episodes by the stages of its config, then print how well it predicts those held out.
+    /// Fit one model to a folder of episodes, then print how well it predicts those held out.
     #[command(visible_alias = "identify")]
     Train {
         /// The model, a TOML file such as those of `configs/model`.
@@ -72,8 +72,7 @@ enum Verb {
         /// Write a recording for the Rerun viewer instead; needs the Cargo feature `rerun`.
         #[arg(long, value_name = "FILE", conflicts_with = "to")]
         rrd: Option<PathBuf>,
-        /// A model to draw what it predicts from the first frame over what happened: one of the comparison, or a TOML file of
-        /// `configs/model` that is fitted to the episode's folder; what an earlier run has fitted is reused.
+        /// A model whose prediction is drawn over what happened: one of the comparison, or a TOML file, fitted to the folder.
         #[arg(long)]
         model: Option<String>,
         /// The comparison whose model it is.
@@ -281,9 +280,9 @@ fn predict(
     Prediction::of(recording, || match compare {
         Some(config) => compare::fit_named(model, &config::load::<CompareSpec>(config, overrides)?.spec, watch),
         None => {
-            let folder = recording.path.parent().unwrap_or_else(|| Path::new(""));
-            let loaded = config::load::<ContenderSpec>(Path::new(model), overrides)?;
-            compare::train(&stem(Path::new(model)), &loaded.spec, folder, RUNS.as_ref(), watch)
+            let (file, folder) = (Path::new(model), recording.path.parent().unwrap_or_else(|| Path::new("")));
+            let spec = config::load::<ContenderSpec>(file, overrides)?.spec;
+            compare::train(&stem(file), &spec, folder, RUNS.as_ref(), watch)
         }
     })
 }

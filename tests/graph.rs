@@ -172,21 +172,21 @@ fn tool_samples_move_with_their_part() {
 }
 
 /// Particles, and the graph with roots that a policy draws over them.
-fn rooted(points: &[DVec3], counts: &[usize]) -> (Arc<Roots>, Graph) {
+fn rooted(points: &[DVec3], counts: &[usize]) -> (Roots, Graph) {
     rooted_over(points, &vec![0; points.len()], json!({ "roots": counts }))
 }
 
 /// The same over bodies of these numbers, as the policy's `keys` say.
-fn rooted_over(points: &[DVec3], body: &[u32], keys: serde_json::Value) -> (Arc<Roots>, Graph) {
+fn rooted_over(points: &[DVec3], body: &[u32], keys: serde_json::Value) -> (Roots, Graph) {
     let edges = ["particle", "leaf_root", "root_root", "root_leaf"];
     let mut spec = json!({ "kind": "hierarchy", "radius": 0.02, "edges": edges });
     spec.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
     let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
     let particles = Particles::at_rest(points.to_vec());
-    let roots = Arc::new(policy.roots(&particles, body));
+    let skeleton = Arc::new(policy.skeleton(&particles, body));
     let none = ToolShape::from(Vec::new());
-    let graph = policy.connect(Nodes::gather(&particles, &roots, &[], &none, &[], &[], INTERVAL));
-    (roots, graph)
+    let graph = policy.connect(Nodes::gather(&particles, &skeleton, &[], &none, &[], &[], INTERVAL));
+    (skeleton.roots.clone(), graph)
 }
 
 fn pairs(graph: &Graph, kind: &str) -> Vec<(usize, usize)> {
@@ -261,6 +261,33 @@ fn every_body_has_roots_of_its_own_or_none() {
 }
 
 #[test]
+fn bonds_join_what_was_near_and_stay() {
+    let spec = json!({ "kind": "fixed", "radius": 0.03, "edges": ["particle", "bond", "floor"] });
+    let bonded = |degree: serde_json::Value| {
+        let mut spec = spec.clone();
+        spec["degree"] = degree;
+        serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap()
+    };
+    let policy = bonded(json!(null));
+    let points = cloud(&mut ChaCha8Rng::seed_from_u64(9), 80, 0.03);
+    let body: Vec<u32> = (0..80).map(|i| u32::from(i % 4 == 0)).collect();
+    let particles = Particles::at_rest(points.clone());
+    let skeleton = Arc::new(policy.skeleton(&particles, &body));
+    let none = ToolShape::from(Vec::new());
+    // Everything is torn apart: nothing is near any more.
+    let moved = Particles::at_rest(points.iter().map(|x| 100.0 * *x).collect());
+    let graph = policy.connect(Nodes::gather(&moved, &skeleton, &[], &none, &[], &[], INTERVAL));
+    let near = |i: usize, j: usize| i != j && body[i] == body[j] && points[i].distance(points[j]) < 0.03;
+    let expected: Vec<_> = (0..80).flat_map(|i| (0..80).map(move |j| (i, j))).filter(|&(i, j)| near(i, j)).collect();
+    assert_eq!(pairs(&graph, "bond"), expected);
+    assert!(expected.len() > 100 && pairs(&graph, "particle").is_empty());
+
+    let few = bonded(json!(3)).skeleton(&particles, &body).bonds;
+    assert!(few.offsets.windows(2).all(|ends| ends[1] - ends[0] <= 3) && few.len() > 80);
+    assert!(few.pairs().all(|pair| expected.contains(&pair)));
+}
+
+#[test]
 fn impossible_hierarchies_are_sentences() {
     let spec = |kind: &str, edges: &[&str], roots: serde_json::Value| {
         let mut spec = json!({ "kind": kind, "radius": 0.02, "edges": edges });
@@ -270,6 +297,8 @@ fn impossible_hierarchies_are_sentences() {
         serde_json::from_value::<GraphSpec>(spec).unwrap().build().map(|_| ()).unwrap_err().to_string()
     };
     assert!(spec("radius", &["leaf_root"], json!(null)).contains("hierarchy"));
+    assert!(spec("hierarchy", &["bond"], json!([])).contains("graph.kind = \"fixed\""));
+    assert!(spec("fixed", &["root_leaf"], json!(null)).contains("graph.kind = \"hierarchy\""));
     assert!(spec("hierarchy", &["particle"], json!([8, 8])).contains("graph.roots"));
     assert!(spec("hierarchy", &["particle"], json!([0])).contains("graph.roots"));
 }

@@ -1,5 +1,5 @@
 //! A graph with roots over its particles.
-use super::{Graph, GraphPolicy, Nodes, Radius, Roots};
+use super::{Graph, GraphPolicy, Nodes, Radius, Roots, Skeleton};
 use crate::state::Particles;
 use anyhow::ensure;
 use schemars::JsonSchema;
@@ -38,7 +38,7 @@ impl HierarchySpec {
             above = count;
         }
         Ok(Hierarchy {
-            near: Radius::new(self.radius, &self.edges, self.degree)?,
+            near: Radius::new(self.radius, &self.edges, self.degree, "hierarchy")?,
             counts: self.roots,
             bodies: self.bodies,
         })
@@ -54,12 +54,12 @@ pub struct Hierarchy {
 }
 
 impl GraphPolicy for Hierarchy {
-    fn roots(&self, particles: &Particles, body: &[u32]) -> Roots {
+    fn skeleton(&self, particles: &Particles, body: &[u32]) -> Skeleton {
         let rooted = |number: &u32| self.bodies.as_ref().is_none_or(|bodies| bodies.contains(number));
         let numbers: BTreeSet<u32> = body.iter().copied().filter(rooted).collect();
         let rows = |number: u32| (0..body.len()).filter(|&i| body[i] == number).map(|i| i as u32).collect();
         let each: Vec<Vec<u32>> = numbers.into_iter().map(rows).collect();
-        Roots::over(&particles.positions, &each, &self.counts)
+        Skeleton { roots: Roots::over(&particles.positions, &each, &self.counts), ..Skeleton::default() }
     }
 
     fn connect(&self, nodes: Nodes) -> Graph {

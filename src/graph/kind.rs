@@ -13,6 +13,10 @@ pub trait EdgeKind: Sync {
     fn window(&self) -> Window {
         Window::Fading
     }
+    /// The kind of graph whose skeleton it is drawn along, if it needs one.
+    fn needs(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// How messages fade with distance.
@@ -26,9 +30,9 @@ pub enum Window {
 
 /// Every edge kind, in the order of [`super::Graph::edges`].
 pub static EDGE_KINDS: &[&dyn EdgeKind] =
-    &[&ParticleToParticle, &ToolToParticle, &FloorToParticle, &LeafToRoot, &RootToRoot, &RootToLeaf];
+    &[&ParticleToParticle, &ToolToParticle, &FloorToParticle, &LeafToRoot, &RootToRoot, &RootToLeaf, &Bond];
 
-/// The kinds that join what is near, and need no roots.
+/// The kinds that join what is near, and need no skeleton.
 pub fn near_kinds() -> impl Iterator<Item = &'static dyn EdgeKind> {
     EDGE_KINDS.iter().copied().filter(|kind| kind.window() == Window::Fading)
 }
@@ -52,6 +56,7 @@ struct FloorToParticle;
 struct LeafToRoot;
 struct RootToRoot;
 struct RootToLeaf;
+struct Bond;
 
 impl EdgeKind for ParticleToParticle {
     fn name(&self) -> &'static str {
@@ -94,11 +99,14 @@ impl EdgeKind for LeafToRoot {
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        nodes.roots.children().for_each(|(root, children)| rows[root] = children.to_vec());
+        nodes.roots().children().for_each(|(root, children)| rows[root] = children.to_vec());
         EdgeSet::from_rows(rows)
     }
     fn window(&self) -> Window {
         Window::Open
+    }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
     }
 }
 
@@ -109,7 +117,7 @@ impl EdgeKind for RootToRoot {
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        for level in nodes.roots.levels() {
+        for level in nodes.roots().levels() {
             for root in level.clone() {
                 rows[root] = level.clone().filter(|&other| other != root).map(|other| other as u32).collect();
             }
@@ -119,6 +127,9 @@ impl EdgeKind for RootToRoot {
     fn window(&self) -> Window {
         Window::Open
     }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
+    }
 }
 
 impl EdgeKind for RootToLeaf {
@@ -127,12 +138,31 @@ impl EdgeKind for RootToLeaf {
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        for (root, children) in nodes.roots.children() {
+        for (root, children) in nodes.roots().children() {
             children.iter().for_each(|&child| rows[child as usize].push(root as u32));
         }
         EdgeSet::from_rows(rows)
     }
     fn window(&self) -> Window {
         Window::Open
+    }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
+    }
+}
+
+/// Between particles that were near at the start, however far apart they are now.
+impl EdgeKind for Bond {
+    fn name(&self) -> &'static str {
+        "bond"
+    }
+    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+        nodes.skeleton.bonds.clone()
+    }
+    fn window(&self) -> Window {
+        Window::Open
+    }
+    fn needs(&self) -> Option<&'static str> {
+        Some("fixed")
     }
 }

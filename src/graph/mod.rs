@@ -4,12 +4,14 @@
 //! and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::Particles;
 
+mod fixed;
 mod hierarchy;
 mod kind;
 mod node;
 mod radius;
 mod roots;
 
+pub use fixed::{Fixed, FixedSpec};
 pub use hierarchy::{Hierarchy, HierarchySpec};
 pub(crate) use kind::kinds_named;
 pub use kind::{EDGE_KINDS, EdgeKind, Window, near_kinds};
@@ -76,11 +78,20 @@ pub struct Graph {
     pub edges: Vec<EdgeSet>,
 }
 
+/// What is drawn at the start of a rollout and kept while the particles move.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skeleton {
+    /// Roots over the particles.
+    pub roots: Roots,
+    /// Particles that stay joined, as edges into each; no rows where the policy draws none.
+    pub bonds: EdgeSet,
+}
+
 /// Draws edges. What counts as a neighbour is a decision, so it has a name and a config.
 pub trait GraphPolicy: Send + Sync {
-    /// The roots over these particles of numbered bodies, which a rollout that starts from them keeps.
-    fn roots(&self, _: &Particles, _: &[u32]) -> Roots {
-        Roots::default()
+    /// What a rollout that starts from these particles of numbered bodies keeps of its first graph.
+    fn skeleton(&self, _: &Particles, _: &[u32]) -> Skeleton {
+        Skeleton::default()
     }
     /// The edges between these nodes.
     fn connect(&self, nodes: Nodes) -> Graph;
@@ -90,5 +101,9 @@ pub trait GraphPolicy: Send + Sync {
 
 family! {
     /// Every graph policy that a config can name.
-    GraphSpec builds Box<dyn GraphPolicy> { Radius(radius::RadiusSpec), Hierarchy(hierarchy::HierarchySpec) }
+    GraphSpec builds Box<dyn GraphPolicy> {
+        Radius(radius::RadiusSpec),
+        Hierarchy(hierarchy::HierarchySpec),
+        Fixed(fixed::FixedSpec),
+    }
 }

@@ -1,5 +1,5 @@
 //! The nodes of a graph: object particles, their roots, samples of the tool's surface, walls, and the floor.
-use super::Roots;
+use super::{Roots, Skeleton};
 use crate::state::{Particles, Pose, ToolShape, Wall};
 use glam::DVec3;
 use std::ops::Range;
@@ -10,8 +10,8 @@ use std::sync::Arc;
 pub struct Nodes {
     /// Number of particles N, the first rows.
     pub particles: usize,
-    /// The roots, each at the mean of its particles and with their mean velocity.
-    pub roots: Arc<Roots>,
+    /// What the rollout keeps; each root is at the mean of its particles and has their mean velocity.
+    pub skeleton: Arc<Skeleton>,
     /// The walls and, last, the floor.
     pub planes: Vec<Wall>,
     /// Positions \[m\]; rows of walls and of the floor are zero, their place is the receiver's projection.
@@ -28,17 +28,18 @@ impl Nodes {
     /// Gathers the nodes of a scene at one instant, the tool moving from `before` to `poses` in `interval` seconds.
     pub fn gather(
         particles: &Particles,
-        roots: &Arc<Roots>,
+        skeleton: &Arc<Skeleton>,
         walls: &[Wall],
         tool: &ToolShape,
         before: &[Pose],
         poses: &[Pose],
         interval: f64,
     ) -> Self {
+        let roots = &skeleton.roots;
         let receivers = particles.len() + roots.len();
         let mut nodes = Self {
             particles: particles.len(),
-            roots: Arc::clone(roots),
+            skeleton: Arc::clone(skeleton),
             planes: walls.iter().copied().chain([Wall::FLOOR]).collect(),
             positions: roots.with_means(&particles.positions),
             velocities: roots.with_means(&particles.velocities),
@@ -61,7 +62,12 @@ impl Nodes {
 
     /// Number of rows that receive: particles and roots.
     pub fn receivers(&self) -> usize {
-        self.particles + self.roots.len()
+        self.particles + self.roots().len()
+    }
+
+    /// The roots over the particles.
+    pub fn roots(&self) -> &Roots {
+        &self.skeleton.roots
     }
 
     /// Rows of the tool's samples.

@@ -12,7 +12,7 @@ pub(super) struct Count {
     frame: usize,
     /// Radius of the neighbourhood \[m\].
     radius: f64,
-    /// Number of edges of each kind that needs no roots.
+    /// Number of edges of each kind that needs no skeleton.
     edges: Vec<usize>,
 }
 

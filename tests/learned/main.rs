@@ -49,6 +49,15 @@ fn derivatives_agree_with_central_differences_between_walls_and_bodies_with_a_me
     }
 }
 
+#[test]
+fn derivatives_agree_with_central_differences_along_bonds_of_any_length() {
+    let law = shake(LearnedSpec { edges: [kinds(3), vec!["bond".to_owned()]].concat(), ..spec(16) });
+    let here = Moment::random(40).bonded();
+    let free = Moment::random(40).acceleration(&law);
+    assert!(here.acceleration(&law).iter().zip(&free).all(|(a, b)| a != b), "bonds matter");
+    derivatives_agree_with_central_differences(&law, &here);
+}
+
 fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     let at = cotangent(40);
     let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };

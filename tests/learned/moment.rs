@@ -1,6 +1,6 @@
 //! Particles, a tool and roots at one moment, and laws to ask about it.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots};
+use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, Skeleton};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
 use pliant::model::net::{Aggregation, Sharing};
 use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
@@ -22,7 +22,7 @@ pub(crate) struct Moment {
     pub(crate) tool: ToolShape,
     pub(crate) poses: Vec<Pose>,
     pub(crate) twists: Vec<Twist>,
-    pub(crate) roots: Arc<Roots>,
+    pub(crate) skeleton: Arc<Skeleton>,
 }
 
 pub(crate) fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
@@ -55,14 +55,23 @@ impl Moment {
             tool,
             poses: vec![pose(1.0), pose(-1.0)],
             twists: vec![twist(1.0), twist(-1.0)],
-            roots: Arc::default(),
+            skeleton: Arc::default(),
         }
     }
 
     /// The same under roots, `counts` of them from level to level.
     pub(crate) fn rooted(self, counts: &[usize]) -> Self {
         let all = (0..self.particles.len() as u32).collect();
-        Self { roots: Arc::new(Roots::over(&self.particles.positions, &[all], counts)), ..self }
+        let roots = Roots::over(&self.particles.positions, &[all], counts);
+        Self { skeleton: Arc::new(Skeleton { roots, ..Skeleton::default() }), ..self }
+    }
+
+    /// The same with every particle bonded to a few others wherever they are.
+    pub(crate) fn bonded(self) -> Self {
+        let count = self.particles.len() as u32;
+        let senders = (0..count).flat_map(|i| [(i + 7) % count, (i + 11) % count]).collect();
+        let bonds = EdgeSet { offsets: (0..=count).map(|i| 2 * i).collect(), senders };
+        Self { skeleton: Arc::new(Skeleton { bonds, ..Skeleton::default() }), ..self }
     }
 
     /// The same with `count` velocities of the past.
@@ -81,12 +90,17 @@ impl Moment {
 
     /// A graph that reaches beyond the law, drawn anew wherever things stand.
     pub(crate) fn graph(&self) -> Graph {
-        let spec =
-            json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
+        let policy = if self.skeleton.bonds.is_empty() { "hierarchy" } else { "fixed" };
+        let own = EDGE_KINDS.iter().filter(|kind| kind.needs().is_none_or(|needs| needs == policy));
+        let edges: Vec<&str> = own.map(|kind| kind.name()).collect();
+        let mut spec = json!({ "kind": policy, "radius": 1.2 * RADIUS, "edges": edges });
+        if policy == "hierarchy" {
+            spec["roots"] = json!([]);
+        }
         let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
         policy.connect(Nodes::gather(
             &self.particles,
-            &self.roots,
+            &self.skeleton,
             &self.walls,
             &self.tool,
             &self.poses,

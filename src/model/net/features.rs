@@ -34,7 +34,7 @@ struct Nodes {
 impl Nodes {
     /// Rows as in [`crate::graph::Nodes`]. With `u = R s` for the sample s: `p = u + t`, `v = linear + angular × u`, `n = R n₀`.
     fn of(view: &View<'_>) -> Self {
-        let roots = &view.graph.nodes.roots;
+        let roots = view.graph.nodes.roots();
         let mut nodes = Self {
             planes: view.walls.iter().copied().chain([Wall::FLOOR]).collect(),
             positions: roots.with_means(&view.particles.positions),
@@ -138,11 +138,11 @@ impl Features {
     pub(crate) fn input(&self, view: &View<'_>) -> Input {
         let nodes = Nodes::of(view);
         let particles = view.particles.len();
-        let receivers = particles + view.graph.nodes.roots.len();
+        let receivers = particles + view.graph.nodes.roots().len();
         let per_speed = view.interval / self.scale;
         let (planes, count) = (nodes.first_plane(), nodes.positions.len());
-        let (bodies, of) = (told_apart(self.bodies), view.graph.nodes.roots.with_bodies(view.body));
-        let past: Vec<_> = self.past(view).map(|velocities| view.graph.nodes.roots.with_means(velocities)).collect();
+        let (bodies, of) = (told_apart(self.bodies), view.graph.nodes.roots().with_bodies(view.body));
+        let past: Vec<_> = self.past(view).map(|velocities| view.graph.nodes.roots().with_means(velocities)).collect();
         let mut rows = Vec::with_capacity(count * node_features(self.history, self.bodies));
         for row in 0..count {
             push(&mut rows, nodes.velocities[row] * per_speed);
@@ -199,7 +199,7 @@ impl Features {
         grad: &mut ViewGrad<'_>,
     ) -> Vec<DVec3> {
         let nodes = Nodes::of(view);
-        let roots = &view.graph.nodes.roots;
+        let roots = view.graph.nodes.roots();
         let (particles, receivers) = (view.particles.len(), view.particles.len() + roots.len());
         let per_speed = view.interval / self.scale;
         let mut at_nodes = nodes.zero();

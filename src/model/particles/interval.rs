@@ -54,7 +54,7 @@ impl<'a> Interval<'a> {
         let (state, poses) = (self.state, &self.control.poses);
         let nodes = Nodes::gather(
             &state.particles,
-            &state.roots,
+            &state.skeleton,
             &state.walls,
             &state.tool,
             &state.poses,

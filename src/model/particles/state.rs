@@ -1,5 +1,5 @@
 //! What a particle model carries from step to step.
-use crate::graph::{GraphPolicy, Roots};
+use crate::graph::{GraphPolicy, Skeleton};
 use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
@@ -24,8 +24,8 @@ pub struct ParticleState {
     pub(super) walls: Arc<[Wall]>,
     /// Tool geometry.
     pub(super) tool: Arc<ToolShape>,
-    /// Roots over the particles, where the model's graph has any.
-    pub(super) roots: Arc<Roots>,
+    /// What the model's graph keeps from the start.
+    pub(super) skeleton: Arc<Skeleton>,
     /// Pose of each part now.
     pub(super) poses: Vec<Pose>,
     /// Duration of one control step \[s\].
@@ -33,7 +33,7 @@ pub struct ParticleState {
 }
 
 impl ParticleState {
-    /// Of a scene whose bodies of these numbers are `rigid`, with the roots that `graph` draws over it and `memory` velocities of the
+    /// Of a scene whose bodies of these numbers are `rigid`, with the skeleton that `graph` draws over it and `memory` velocities of the
     /// past, zero where the scene knows none.
     pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>, rigid: &[u32], memory: usize) -> Self {
         let particles = &scene.particles;
@@ -56,7 +56,7 @@ impl ParticleState {
         let particles =
             Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
         Self {
-            roots: Arc::new(graph.map(|graph| graph.roots(&particles, &body)).unwrap_or_default()),
+            skeleton: Arc::new(graph.map(|graph| graph.skeleton(&particles, &body)).unwrap_or_default()),
             particles,
             past,
             order: order.into(),
@@ -80,7 +80,7 @@ impl ParticleState {
             rigid: Arc::clone(&self.rigid),
             walls: Arc::clone(&self.walls),
             tool: Arc::clone(&self.tool),
-            roots: Arc::clone(&self.roots),
+            skeleton: Arc::clone(&self.skeleton),
             poses: control.poses.clone(),
             interval: self.interval,
         }
