@@ -21,6 +21,7 @@ mod unmatched;
 mod unroll;
 mod validation;
 mod window;
+mod windows;
 
 pub use adam::Adam;
 pub use constants::{replace, value};
@@ -35,4 +36,5 @@ pub use train_spec::{Keep, TrainSpec};
 pub use trainer::{Trained, Trainer};
 pub use unmatched::Unmatched;
 pub use unroll::Unroll;
-pub use window::{Window, Windows};
+pub use window::Window;
+pub use windows::Windows;
