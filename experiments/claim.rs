@@ -37,6 +37,8 @@ pub(crate) enum Rows {
     Measured(Measure),
     /// A function that measures them anew beside another project's program; `python=PATH` names the interpreter that runs it.
     Beside(fn(Size, &Peer, &Watch) -> anyhow::Result<Vec<Value>>),
+    /// A function that measures them anew on recordings of others; `recordings=PATH` names their folder.
+    Recorded(Measure),
 }
 
 /// Makes rows, and figures below a folder.
@@ -62,6 +64,19 @@ pub(crate) const SMALL_FITS: &[&str] = &[
     "model.hybrid.train.residual.steps=4",
 ];
 
+/// What `key=VALUE` among `words` gives, else `default`.
+///
+/// # Errors
+/// When a word is another one.
+pub(crate) fn chosen(words: &[String], key: &str, default: &str) -> anyhow::Result<String> {
+    let mut value = default.to_owned();
+    for word in words {
+        let given = word.strip_prefix(key).and_then(|rest| rest.strip_prefix('='));
+        value = given.with_context(|| format!("`{word}` means nothing here; there is {key}=PATH"))?.to_owned();
+    }
+    Ok(value)
+}
+
 /// The number under `key`, which is none where there is none.
 pub(crate) fn number(row: &Value, key: &str) -> f64 {
     row[key].as_f64().unwrap_or(f64::NAN)
@@ -84,6 +99,12 @@ pub(crate) fn listed(change: &str) -> Option<String> {
     Some(list.replace(['[', ']', '"', '\''], "").replace(',', ", ").replace("  ", " "))
 }
 
+/// What a change such as `key=value` sets, or `key=value other=value` alike; of the baseline what its own value is.
+pub(crate) fn changed(change: &str, baseline: &str) -> String {
+    let first = change.split(' ').next().and_then(|one| one.split_once('='));
+    first.map_or_else(|| baseline.to_owned(), |(_, value)| value.to_owned())
+}
+
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()
@@ -98,6 +119,10 @@ impl Experiment {
                 measure(size, out, watch)?
             }
             Rows::Beside(measure) => measure(size, &Peer::named(words)?, watch)?,
+            Rows::Recorded(measure) => {
+                let folder = chosen(words, "recordings", "../shared/data/boxbath")?;
+                measure(size, folder.as_ref(), watch)?
+            }
             Rows::Sweep { config, smoke } => {
                 let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
                 if size == Size::Smoke {

@@ -141,13 +141,15 @@ impl Edges {
     /// Wall time of one pass forward and one backward \[s\].
     fn seconds(&self, law: &dyn Law) -> (f64, f64) {
         let Self { particles, graph, tool, .. } = self;
-        let view = View { particles, graph, tool, poses: &[], twists: &[], interval: 0.1 };
+        let view =
+            View { particles, past: &[], body: &[], walls: &[], graph, tool, poses: &[], twists: &[], interval: 0.1 };
         let mut out = vec![DVec3::ZERO; particles.len()];
         let clock = Instant::now();
         law.accelerate(&view, &mut out);
         let forward = clock.elapsed().as_secs_f64();
         let particles = ParticlesGrad::zero(particles.len());
-        let mut grad = ViewGrad { particles, poses: Vec::new(), twists: Vec::new(), weights: &mut [] };
+        let mut grad =
+            ViewGrad { particles, past: Vec::new(), poses: Vec::new(), twists: Vec::new(), weights: &mut [] };
         let clock = Instant::now();
         law.accelerate_vjp(&view, &self.cotangent, &mut grad);
         (forward, clock.elapsed().as_secs_f64())

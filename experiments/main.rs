@@ -7,6 +7,8 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod aggregation;
+mod box_bath;
 mod claim;
 mod closed_loop;
 mod cpu;
@@ -14,12 +16,16 @@ mod edge_types;
 mod endurance;
 mod formula;
 mod hierarchy;
+mod horizon;
 mod hybrid;
 mod metrics;
 mod network_speed;
+mod noise;
 mod peer;
 mod quickstart;
+mod radius;
 mod random_graph;
+mod rounds;
 mod speed;
 mod world;
 
@@ -30,6 +36,12 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
+    aggregation::CLAIM,
+    rounds::CLAIM,
+    radius::CLAIM,
+    noise::CLAIM,
+    horizon::CLAIM,
+    box_bath::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,

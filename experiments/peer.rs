@@ -1,4 +1,5 @@
 //! Another project's program, run on a scene of ours in the same run.
+use crate::claim::chosen;
 use anyhow::{Context, ensure};
 use serde_json::Value;
 use std::path::Path;
@@ -13,12 +14,7 @@ impl Peer {
     /// # Errors
     /// When a word is another one.
     pub(crate) fn named(words: &[String]) -> anyhow::Result<Self> {
-        let mut python = "python3".to_owned();
-        for word in words {
-            let path = word.strip_prefix("python=");
-            python = path.with_context(|| format!("`{word}` means nothing here; there is python=PATH"))?.to_owned();
-        }
-        Ok(Self(python))
+        Ok(Self(chosen(words, "python", "python3")?))
     }
 
     /// The JSON lines that `experiments/peers/SCRIPT` prints for `scene`.

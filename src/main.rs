@@ -1,6 +1,6 @@
 //! `pliant`: simulate, fit, compare, sweep, view.
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pliant::compare::{CompareSpec, Comparison, RUNS};
+use pliant::compare::{self, CompareSpec, Comparison, ContenderSpec, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::model::formula::{self, Range};
@@ -9,7 +9,7 @@ use pliant::table::Grid;
 use pliant::view::{Playback, Prediction};
 use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 /// Structured world models of deformable things: written, learned and hybrid models under one planner.
 #[derive(Parser)]
@@ -39,6 +39,16 @@ enum Verb {
         #[command(flatten)]
         config: Config,
     },
+    /// Fit one model to a folder of episodes, then print how well it predicts those held out.
+    #[command(visible_alias = "identify")]
+    Train {
+        /// The model, a TOML file such as those of `configs/model`.
+        model: PathBuf,
+        /// The dataset's folder, simulated or imported.
+        data: PathBuf,
+        /// Changes to the model: `key.path=value`, `+key=value`, `~key`.
+        overrides: Vec<String>,
+    },
     /// From nothing to the comparison table: simulate, fit, plan with every model, execute in the world.
     Compare {
         #[command(flatten)]
@@ -62,14 +72,14 @@ enum Verb {
         /// Write a recording for the Rerun viewer instead; needs the Cargo feature `rerun`.
         #[arg(long, value_name = "FILE", conflicts_with = "to")]
         rrd: Option<PathBuf>,
-        /// A model of the comparison, to draw what it predicts from the first frame over what happened.
-        #[arg(long, value_name = "NAME", requires = "compare")]
+        /// A model whose prediction is drawn over what happened: one of the comparison, or a TOML file, fitted to the folder.
+        #[arg(long)]
         model: Option<String>,
-        /// The comparison whose model it is; what an earlier run has fitted is reused.
+        /// The comparison whose model it is.
         #[arg(long, value_name = "CONFIG", requires = "model")]
         compare: Option<PathBuf>,
-        /// Changes to the comparison: `key.path=value`, `+key=value`, `~key`.
-        #[arg(requires = "compare")]
+        /// Changes to the comparison or to the model: `key.path=value`, `+key=value`, `~key`.
+        #[arg(requires = "model")]
         overrides: Vec<String>,
     },
     /// Differentiate and simplify a formula as a law's config writes it, and count its operations.
@@ -170,7 +180,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
     match verb {
         Verb::Simulate { config, to } => {
             let Some(loaded) = config.load::<DatasetSpec>()? else { return Ok(()) };
-            let folder = to.unwrap_or_else(|| pliant::compare::dataset_folder(RUNS.as_ref(), &loaded.spec));
+            let folder = to.unwrap_or_else(|| compare::dataset_folder(RUNS.as_ref(), &loaded.spec));
             let dataset = pliant::data::simulate(&loaded.spec, &folder, watch)?;
             config::write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
             to_stdout(&format!("{} episodes in {}\n", dataset.episodes.len(), folder.display()))?;
@@ -178,12 +188,19 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
         Verb::Data { verb } => data(verb)?,
         Verb::Fit { config } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
-            let (_, predictions) = pliant::compare::fit(&loaded.spec, watch)?;
+            let (_, predictions) = compare::fit(&loaded.spec, watch)?;
             to_stdout(&pliant::table::forecast(&predictions).to_text())?;
+        }
+        Verb::Train { model, data, overrides } => {
+            let spec = config::load::<ContenderSpec>(&model, &overrides)?.spec;
+            let contender = compare::train(&stem(&model), &spec, &data, RUNS.as_ref(), watch)?;
+            let prediction = compare::Prediction::of(&contender);
+            to_stdout(&pliant::table::forecast(prediction.as_slice()).to_text())?;
+            contender.stages.iter().try_for_each(|(stage, at)| to_stdout(&format!("{stage}: {}\n", at.display())))?;
         }
         Verb::Compare { config, json } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
-            let comparison = pliant::compare::compare(&loaded, &commit(), watch)?;
+            let comparison = compare::compare(&loaded, &compare::commit(), watch)?;
             let tables = pliant::table::write(&comparison, &loaded.resolved.to_toml())?;
             show(&comparison, &tables, json)?;
         }
@@ -198,8 +215,8 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
                 pliant::view::can_write_rrd()?;
             }
             let recording = Playback::open(&path)?;
-            let predict = |(name, config): (String, PathBuf)| predict(&recording, &name, &config, &overrides, watch);
-            let prediction = model.zip(compare).map(predict).transpose()?;
+            let predict = |model: &String| predict(&recording, model, compare.as_deref(), &overrides, watch);
+            let prediction = model.as_ref().map(predict).transpose()?;
             let written = match rrd {
                 Some(rrd) => recording.write_rrd(prediction.as_ref(), &rrd).map(|()| rrd)?,
                 None => recording.write_page(prediction.as_ref(), to.as_deref())?,
@@ -252,34 +269,32 @@ fn named<T: Copy>(name: &str, table: &[T], of: impl Fn(&T) -> &str) -> Result<T,
     table.iter().find(|one| of(one) == name).copied().ok_or_else(|| format!("there is {}", names()))
 }
 
+/// A model of a comparison, or one of a file of its own, fitted to the folder that the recording lies in.
 fn predict(
     recording: &Playback,
-    name: &str,
-    config: &Path,
+    model: &str,
+    compare: Option<&Path>,
     overrides: &[String],
     watch: &Watch,
 ) -> anyhow::Result<Prediction> {
-    let loaded = config::load::<CompareSpec>(config, overrides)?;
-    Prediction::of(recording, name, &loaded.spec, watch)
+    Prediction::of(recording, || match compare {
+        Some(config) => compare::fit_named(model, &config::load::<CompareSpec>(config, overrides)?.spec, watch),
+        None => {
+            let (file, folder) = (Path::new(model), recording.path.parent().unwrap_or_else(|| Path::new("")));
+            let spec = config::load::<ContenderSpec>(file, overrides)?.spec;
+            compare::train(&stem(file), &spec, folder, RUNS.as_ref(), watch)
+        }
+    })
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {
     if json {
-        return to_stdout(&pliant::compare::to_jsonl(&comparison.rows()));
+        return to_stdout(&compare::to_jsonl(&comparison.rows()));
     }
     tables.iter().try_for_each(|table| to_stdout(&(table.to_text() + "\n")))?;
     to_stdout(&format!("rows, tables and report.html are in {}\n", comparison.folder.display()))
-}
-
-/// The commit of the sources this program was built from, `-dirty` when they have changed since; empty outside a checkout.
-///
-/// What lies in `paper/` is made by this program and does not count as a change.
-fn commit() -> String {
-    let git = |words: &[&str]| {
-        let output = Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR")]).args(words).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    };
-    let Some(head) = git(&["rev-parse", "--short", "HEAD"]) else { return String::new() };
-    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ".", ":!paper"]);
-    if changed.is_some_and(|changed| changed.is_empty()) { head } else { head + "-dirty" }
 }

@@ -39,7 +39,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("parry3d", &["src/state/", "src/shape/", "src/world/"]),
     ("gemm", &["src/model/net/"]),
     ("egg", &["src/model/formula/"]),
-    ("nalgebra", &["src/metric/", "src/planner/"]),
+    ("nalgebra", &["src/state/", "src/planner/"]),
     ("cmaes", &["src/train/"]),
     ("lsap", &["src/metric/"]),
     ("hdf5_pure", &["src/data/export/"]),

@@ -97,6 +97,24 @@ fn an_open_loop_is_planned_by_models_that_imagine_and_by_no_other() {
 }
 
 #[test]
+fn a_model_is_trained_on_any_folder_of_episodes_and_drawn_over_one_of_them() {
+    let folder = folder();
+    let here = folder.path();
+    assert!(pliant(here, &["simulate", "configs/dataset/smoke.toml", "--to", "mine"]).status.success());
+    let words = ["configs/model/learned.toml", "mine", "train.network.steps=3"];
+    let trained = pliant(here, &[&["train"], &words[..]].concat());
+    assert!(trained.status.success(), "{}", String::from_utf8_lossy(&trained.stderr));
+    assert!(out(&trained).contains("learned") && out(&trained).contains("network: runs/fit/"), "{}", out(&trained));
+    let view = ["view", "mine/episode_00001.npz", "--model", words[0], words[2]];
+    let view = pliant(here, &view);
+    assert!(view.status.success(), "{}", String::from_utf8_lossy(&view.stderr));
+    let page = std::fs::read_to_string(here.join("mine/episode_00001.html")).unwrap();
+    assert!(page.contains("\"model\":\"learned\""), "the prediction is not on the page");
+    let none = complaint(&pliant(here, &["train", words[0], "nowhere"]));
+    assert!(none.contains("nowhere holds no dataset"), "{none}");
+}
+
+#[test]
 fn bad_input_is_a_sentence_and_exit_code_two() {
     let folder = folder();
     let here = folder.path();

@@ -45,21 +45,16 @@ fn press(world: &dyn WorldModel, k: usize, tools: &Tools) -> Episode {
     let side = DVec3::new(0.004 * (k % 3) as f64 - 0.004, 0.003 * (k % 2) as f64, 0.0);
     let pose = |t: usize| Pose { translation: side + DVec3::Z * (0.032 - 0.003 * t as f64), ..Pose::default() };
     let controls: Vec<Control> = (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect();
-    let scene = Scene {
-        particles: Particles::at_rest(positions),
-        tool: tools["plate"].clone(),
-        poses: vec![pose(0)],
-        interval: 0.1,
-        snapshot: None,
-    };
+    let scene = Scene::open(Particles::at_rest(positions), tools["plate"].clone(), vec![pose(0)], 0.1);
     let mut states = world.rollout(&scene, &controls);
     for t in 1..states.len() {
         let before = states[t - 1].positions.clone();
         let now = &mut states[t];
         now.velocities = now.positions.iter().zip(before).map(|(x, b)| (*x - b) / 0.1).collect();
     }
-    let body = vec![0; states[0].len()];
-    Episode { tool: "plate".into(), theta: Vec::new(), interval: 0.1, start: scene.poses, controls, states, body }
+    let (tool, theta) = ("plate".into(), Vec::new());
+    let Scene { poses: start, body, walls, .. } = scene;
+    Episode { tool, theta, interval: 0.1, start, controls, states, body, walls }
 }
 
 fn world() -> Split {

@@ -1,13 +1,15 @@
 //! Edges found through the cell list are those that all pairs give, in the promised order.
 use glam::{DQuat, DVec3};
 use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, near_kinds};
-use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape};
+use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 use std::sync::Arc;
 
 const INTERVAL: f64 = 0.1;
+/// Stands across the clouds.
+const WALL: Wall = Wall { normal: DVec3::new(0.6, 0.8, 0.0), offset: -0.01 };
 
 fn connect(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64, kinds: &[&str]) -> Graph {
     let spec = json!({ "kind": "radius", "radius": radius, "edges": kinds });
@@ -15,7 +17,7 @@ fn connect(points: &[DVec3], tool: &ToolShape, poses: &[Pose], radius: f64, kind
     assert_eq!(policy.reach(), radius);
     let before: Vec<_> = poses.iter().map(|p| Pose { translation: p.translation + DVec3::Z * 0.01, ..*p }).collect();
     let particles = Particles::at_rest(points.to_vec());
-    policy.connect(Nodes::gather(&particles, &Arc::default(), tool, &before, poses, INTERVAL))
+    policy.connect(Nodes::gather(&particles, &Arc::default(), &[WALL], tool, &before, poses, INTERVAL))
 }
 
 fn all_kinds() -> Vec<&'static str> {
@@ -42,10 +44,11 @@ fn cloud(rng: &mut ChaCha8Rng, count: usize, size: f64) -> Vec<DVec3> {
 fn all_pairs(graph: &Graph, radius: f64) -> Vec<Vec<(usize, usize)>> {
     let nodes = &graph.nodes;
     let joined = |i: usize, j: usize| match j {
-        _ if j == nodes.floor() => nodes.positions[i].z < radius,
+        _ if j == nodes.len() - 1 => nodes.positions[i].z < radius,
+        _ if j == nodes.len() - 2 => nodes.positions[i].dot(WALL.normal) + 0.01 < radius,
         _ => i != j && (nodes.positions[i] - nodes.positions[j]).length_squared() < radius * radius,
     };
-    let ranges = [0..nodes.particles, nodes.particles..nodes.floor(), nodes.floor()..nodes.len()];
+    let ranges = [0..nodes.particles, nodes.particles..nodes.len() - 2, nodes.len() - 2..nodes.len()];
     let row = |i: usize, range: std::ops::Range<usize>| range.filter(move |j| joined(i, *j)).map(move |j| (i, j));
     ranges.map(|r| (0..nodes.particles).flat_map(|i| row(i, r.clone())).collect()).to_vec()
 }
@@ -118,7 +121,8 @@ fn degenerate_clouds_agree_with_all_pairs() {
     // All in one cell; two far apart; exactly one radius apart, which is not within it; points on cell borders.
     assert_matches(&cloud(&mut rng, 50, 0.001), &shape, &poses, 0.5);
     assert_matches(&[DVec3::splat(-1e6), DVec3::splat(1e6), DVec3::splat(1e6 + 0.001)], &shape, &poses, 0.01);
-    assert_eq!(assert_matches(&[DVec3::Z, DVec3::Z * 1.5], &bare, &[], 0.5), 0);
+    // The wall alone is near to both.
+    assert_eq!(assert_matches(&[DVec3::Z, DVec3::Z * 1.5], &bare, &[], 0.5), 2);
     let lattice: Vec<_> =
         (0..125).map(|i| DVec3::new((i % 5) as f64, (i / 5 % 5) as f64, (i / 25) as f64) * 0.25).collect();
     assert!(assert_matches(&lattice, &bare, &[], 0.25 + 1e-9) > 500);
@@ -158,24 +162,31 @@ fn tool_samples_move_with_their_part() {
     let (shape, poses) = tool(&mut rng, 2, 5);
     let nodes = connect(&[DVec3::Z], &shape, &poses, 0.03, &all_kinds()).nodes;
     let locals = shape.parts.iter().flat_map(|p| &p.surface);
-    for (row, local) in (1..nodes.floor()).zip(locals) {
+    for (row, local) in nodes.tool().zip(locals) {
         let pose = poses[nodes.parts[row].unwrap() as usize];
         assert!(nodes.positions[row].distance(pose.apply(local.position)) < 1e-12);
         assert!(nodes.velocities[row].distance(DVec3::Z * -0.01 / INTERVAL) < 1e-12);
     }
-    assert_eq!((nodes.parts[0], nodes.parts[nodes.floor()]), (None, None));
+    assert_eq!((nodes.parts[0], &nodes.parts[nodes.planes()]), (None, &[None; 2][..]));
+    assert_eq!(nodes.normals[nodes.planes()], [WALL.normal, DVec3::Z]);
 }
 
 /// Particles, and the graph with roots that a policy draws over them.
-fn rooted(points: &[DVec3], counts: &[usize]) -> (Arc<Roots>, Graph) {
+fn rooted(points: &[DVec3], counts: &[usize]) -> (Roots, Graph) {
+    rooted_over(points, &vec![0; points.len()], json!({ "roots": counts }))
+}
+
+/// The same over bodies of these numbers, as the policy's `keys` say.
+fn rooted_over(points: &[DVec3], body: &[u32], keys: serde_json::Value) -> (Roots, Graph) {
     let edges = ["particle", "leaf_root", "root_root", "root_leaf"];
-    let spec = json!({ "kind": "hierarchy", "radius": 0.02, "edges": edges, "roots": counts });
+    let mut spec = json!({ "kind": "hierarchy", "radius": 0.02, "edges": edges });
+    spec.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
     let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
     let particles = Particles::at_rest(points.to_vec());
-    let roots = Arc::new(policy.roots(&particles));
+    let skeleton = Arc::new(policy.skeleton(&particles, body));
     let none = ToolShape::from(Vec::new());
-    let graph = policy.connect(Nodes::gather(&particles, &roots, &none, &[], &[], INTERVAL));
-    (roots, graph)
+    let graph = policy.connect(Nodes::gather(&particles, &skeleton, &[], &none, &[], &[], INTERVAL));
+    (skeleton.roots.clone(), graph)
 }
 
 fn pairs(graph: &Graph, kind: &str) -> Vec<(usize, usize)> {
@@ -232,6 +243,51 @@ fn every_particle_has_one_root_a_level_and_every_root_stands_at_its_mean() {
 }
 
 #[test]
+fn every_body_has_roots_of_its_own_or_none() {
+    let points = cloud(&mut ChaCha8Rng::seed_from_u64(8), 90, 0.1);
+    let body: Vec<u32> = (0..90).map(|i| [2, 0, 1][i % 3]).collect();
+    let (all, graph) = rooted_over(&points, &body, json!({ "roots": [6, 2] }));
+    assert_eq!(all.len(), 3 * (6 + 2));
+    let of = all.with_bodies(&body);
+    let kinds = ["leaf_root", "root_root", "root_leaf"];
+    for (to, from) in kinds.iter().flat_map(|kind| pairs(&graph, kind)) {
+        assert_eq!(of[to], of[from], "an edge of the hierarchy leads to another body");
+    }
+    let (some, graph) = rooted_over(&points, &body, json!({ "roots": [6], "bodies": [1] }));
+    assert_eq!(some.len(), 6);
+    let mut under: Vec<usize> = pairs(&graph, "leaf_root").into_iter().map(|(_, leaf)| leaf).collect();
+    under.sort_unstable();
+    assert_eq!(under, (0..90).filter(|&i| body[i] == 1).collect::<Vec<_>>());
+}
+
+#[test]
+fn bonds_join_what_was_near_and_stay() {
+    let spec = json!({ "kind": "fixed", "radius": 0.03, "edges": ["particle", "bond", "floor"] });
+    let bonded = |degree: serde_json::Value| {
+        let mut spec = spec.clone();
+        spec["degree"] = degree;
+        serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap()
+    };
+    let policy = bonded(json!(null));
+    let points = cloud(&mut ChaCha8Rng::seed_from_u64(9), 80, 0.03);
+    let body: Vec<u32> = (0..80).map(|i| u32::from(i % 4 == 0)).collect();
+    let particles = Particles::at_rest(points.clone());
+    let skeleton = Arc::new(policy.skeleton(&particles, &body));
+    let none = ToolShape::from(Vec::new());
+    // Everything is torn apart: nothing is near any more.
+    let moved = Particles::at_rest(points.iter().map(|x| 100.0 * *x).collect());
+    let graph = policy.connect(Nodes::gather(&moved, &skeleton, &[], &none, &[], &[], INTERVAL));
+    let near = |i: usize, j: usize| i != j && body[i] == body[j] && points[i].distance(points[j]) < 0.03;
+    let expected: Vec<_> = (0..80).flat_map(|i| (0..80).map(move |j| (i, j))).filter(|&(i, j)| near(i, j)).collect();
+    assert_eq!(pairs(&graph, "bond"), expected);
+    assert!(expected.len() > 100 && pairs(&graph, "particle").is_empty());
+
+    let few = bonded(json!(3)).skeleton(&particles, &body).bonds;
+    assert!(few.offsets.windows(2).all(|ends| ends[1] - ends[0] <= 3) && few.len() > 80);
+    assert!(few.pairs().all(|pair| expected.contains(&pair)));
+}
+
+#[test]
 fn impossible_hierarchies_are_sentences() {
     let spec = |kind: &str, edges: &[&str], roots: serde_json::Value| {
         let mut spec = json!({ "kind": kind, "radius": 0.02, "edges": edges });
@@ -241,6 +297,8 @@ fn impossible_hierarchies_are_sentences() {
         serde_json::from_value::<GraphSpec>(spec).unwrap().build().map(|_| ()).unwrap_err().to_string()
     };
     assert!(spec("radius", &["leaf_root"], json!(null)).contains("hierarchy"));
+    assert!(spec("hierarchy", &["bond"], json!([])).contains("graph.kind = \"fixed\""));
+    assert!(spec("fixed", &["root_leaf"], json!(null)).contains("graph.kind = \"hierarchy\""));
     assert!(spec("hierarchy", &["particle"], json!([8, 8])).contains("graph.roots"));
     assert!(spec("hierarchy", &["particle"], json!([0])).contains("graph.roots"));
 }

@@ -1,7 +1,8 @@
 //! Training finds the truth, and how often or on how many threads it runs changes nothing.
 mod toy;
+use pliant::metric::{Chamfer, CostSpec};
 use pliant::model::{Cost, WorldModel};
-use pliant::train::{Keep, Matched, Split, TrainSpec, Trained, Window};
+use pliant::train::{Keep, Matched, Split, TrainSpec, Trained, Unmatched, Unroll, Window};
 use pliant::watch::Watch;
 use std::path::Path;
 use toy::Toy;
@@ -13,6 +14,9 @@ fn spec() -> TrainSpec {
         steps: 60,
         batch: 5,
         horizon: 3,
+        grow: 0,
+        unroll: Unroll::Whole,
+        loss: None,
         rate: 0.05,
         warm_up: 5,
         last_rate: 0.01,
@@ -92,6 +96,64 @@ fn training_finds_the_weights_that_made_the_data() {
     assert!(held_out.one_step < 0.02 * held_out.still_one_step, "{held_out:?}");
     let report = std::fs::read_to_string(folder.path().join("train.json")).unwrap();
     assert_eq!(serde_json::from_str::<Trained>(&report).unwrap(), trained);
+}
+
+#[test]
+fn every_way_to_unroll_and_every_loss_finds_them_too() {
+    let split = toy::split(&Toy::new(TRUTH));
+    let chamfer: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "chamfer" })).unwrap();
+    let sinkhorn: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "sinkhorn" })).unwrap();
+    let long = TrainSpec { steps: 400, validate_every: 100, log_every: 100, ..spec() };
+    let ways = [
+        ("grow", TrainSpec { grow: 200, ..long.clone() }),
+        ("pushforward", TrainSpec { unroll: Unroll::LastStep, ..long.clone() }),
+        ("chamfer", TrainSpec { loss: Some(chamfer), ..long.clone() }),
+        ("sinkhorn", TrainSpec { loss: Some(sinkhorn), ..long.clone() }),
+    ];
+    let mut found = Vec::new();
+    for (name, spec) in ways {
+        let (mut model, folder) = (Toy::new([0.0, 0.1, 0.0]), tempfile::tempdir().unwrap());
+        run(&spec, &mut model, &split, folder.path(), &Watch::silent()).unwrap();
+        for (w, truth) in model.weights.iter().zip(TRUTH) {
+            assert!((w - truth).abs() < 0.02, "{name}: {:?} instead of {TRUTH:?}", model.weights);
+        }
+        let judged = journal(folder.path()).iter().any(|line| line["shape"].is_number());
+        assert_eq!(judged, spec.loss.is_some(), "{name}");
+        found.push(model.weights);
+    }
+    assert!((1..found.len()).all(|k| !found[..k].contains(&found[k])), "two ways were the same: {found:?}");
+}
+
+#[test]
+fn a_distance_of_shapes_does_not_know_rows_and_has_the_right_slope() {
+    let episodes = toy::episodes(&Toy::new(TRUTH), 1, 6, 3);
+    let window = Window::of(&episodes[0], 1, 4, &toy::tools()["pusher"]);
+    let mut targets = window.targets.to_vec();
+    targets.iter_mut().for_each(|x| x.positions.reverse());
+    let loss = Chamfer;
+    let [cost, shuffled] =
+        [&window.targets[..], &targets].map(|targets| Unmatched { targets, scale: 0.002, loss: &loss });
+    let at = [0.4, 0.6, 0.1];
+    let total = |weights: [f32; 3], cost: &Unmatched<'_>| {
+        cost.total(&Toy::new(weights).rollout(&window.scene, &window.controls))
+    };
+    assert!((total(at, &cost) - total(at, &shuffled)).abs() < 1e-12);
+    let gradient = Toy::new(at).weight_gradient(&window.scene, &window.controls, &cost).unwrap().weights;
+    for i in 0..3 {
+        let nudged = |h: f32| {
+            let mut weights = at;
+            weights[i] += h;
+            (f64::from(weights[i]), total(weights, &cost))
+        };
+        let ((a, low), (b, high)) = (nudged(-1e-4), nudged(1e-4));
+        let difference = (high - low) / (b - a);
+        assert!(difference.abs() > 1e-3, "a difference that is trivially zero proves nothing");
+        assert!(
+            (f64::from(gradient[i]) - difference).abs() < 1e-3 * difference.abs(),
+            "weight {i}: {} {difference}",
+            gradient[i]
+        );
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3, Vec3};
 use pliant::config;
 use pliant::data::{DatasetSpec, Episode};
 use pliant::graph::{GraphSpec, Nodes, near_kinds};
-use pliant::state::{Control, Particles, Pose};
+use pliant::state::{Control, Particles, Pose, Wall};
 use pliant::view::{Playback, Prediction};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -31,7 +31,8 @@ fn made_up(frames: usize, count: usize, parts: usize) -> Episode {
         start: vec![pose(0); parts],
         controls: (1..frames).map(|t| Control { poses: vec![pose(t); parts] }).collect(),
         states: (0..frames).map(state).collect(),
-        body: vec![0; count],
+        body: vec![0; count].into(),
+        walls: [Wall { normal: DVec3::X, offset: -0.01 }].into(),
     }
 }
 
@@ -121,7 +122,15 @@ fn the_counts_to_compare_with_are_those_of_the_radius_policy() {
         let t = count["frame"].as_u64().unwrap() as usize;
         let (episode, shape) = (&recording.episode, recording.shape.as_ref().unwrap());
         let poses = episode.poses(t);
-        let nodes = Nodes::gather(&episode.states[t], &Default::default(), shape, poses, poses, episode.interval);
+        let nodes = Nodes::gather(
+            &episode.states[t],
+            &Default::default(),
+            &episode.walls,
+            shape,
+            poses,
+            poses,
+            episode.interval,
+        );
         let graph = policy.build().unwrap().connect(nodes);
         let edges: Vec<usize> = graph.edges[..names.len()].iter().map(|set| set.len()).collect();
         assert_eq!(count["edges"], json!(edges), "frame {t}");

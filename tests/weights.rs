@@ -6,6 +6,8 @@ use rand_chacha::ChaCha8Rng;
 
 fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
+        history: 1,
+        bodies: 1,
         width,
         rounds: 2,
         sharing: Sharing::Shared,

@@ -66,6 +66,18 @@ pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>,
     Ok((contenders, predictions))
 }
 
+/// Fits the one contender of `spec` that is called `name`, as [`fit`] does.
+///
+/// # Errors
+/// As [`fit`]; also when the comparison has no such model.
+pub fn fit_named(name: &str, spec: &CompareSpec, watch: &Watch) -> anyhow::Result<Contender> {
+    let mut spec = spec.clone();
+    let known = spec.model.keys().cloned().collect::<Vec<_>>().join(", ");
+    spec.model.retain(|model, _| model == name);
+    let (contenders, _) = if spec.model.is_empty() { Default::default() } else { fit(&spec, watch)? };
+    contenders.into_iter().next().with_context(|| format!("the comparison has no model `{name}`; it has {known}"))
+}
+
 /// Fits every contender, then plans and executes every attempt that an earlier run has not.
 ///
 /// Writes one file an attempt, `predictions.jsonl`, and when all is done `rows.jsonl`, whose presence says so.

@@ -1,16 +1,20 @@
 //! The same planner, budget and random numbers for every model; only the model differs.
+mod alone;
 mod artifact;
 mod attempt;
 mod bench;
+mod commit;
 mod contender;
 mod goal;
 mod prediction;
 mod row;
 mod spec;
 
+pub use alone::train;
 pub use artifact::{Artifacts, dataset_folder};
 pub use attempt::Attempt;
-pub use bench::{Comparison, compare, fit};
+pub use bench::{Comparison, compare, fit, fit_named};
+pub use commit::commit;
 pub use contender::{Contender, ContenderSpec};
 pub use goal::{Goal, GoalMaker, GoalSpec, Source};
 pub use prediction::Prediction;

@@ -13,7 +13,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    pub(super) fn of(contender: &Contender) -> Option<Self> {
+    /// Of a contender, unless it cannot start from a recorded frame.
+    pub fn of(contender: &Contender) -> Option<Self> {
         Some(Self { model: contender.name.clone(), held_out: contender.held_out.clone()? })
     }
 }

@@ -1,5 +1,5 @@
 //! One recorded tool action.
-use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
+use crate::state::{Control, MEMORY, Particles, Pose, Rollout, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -19,7 +19,9 @@ pub struct Episode {
     /// H + 1 states; velocities are backward differences, zero at the start.
     pub states: Rollout,
     /// Number of the body that each particle belongs to, N rows; 0 where there is but one.
-    pub body: Vec<u32>,
+    pub body: Arc<[u32]>,
+    /// Walls around the table.
+    pub walls: Arc<[Wall]>,
 }
 
 impl Episode {
@@ -37,6 +39,9 @@ impl Episode {
     pub fn scene(&self, t: usize, tool: &Arc<ToolShape>) -> Scene {
         Scene {
             particles: self.states[t].clone(),
+            past: self.states[..t].iter().rev().take(MEMORY).map(|x| x.velocities.clone()).collect(),
+            body: Arc::clone(&self.body),
+            walls: Arc::clone(&self.walls),
             tool: tool.clone(),
             poses: self.poses(t).to_vec(),
             interval: self.interval,

@@ -3,23 +3,27 @@ use super::Episode;
 use super::arrays::{Arrays, Draft};
 use super::episode::states;
 use crate::config::write_whole;
-use crate::state::{Control, Particles, Pose};
+use crate::state::{Control, Particles, Pose, Wall};
 use anyhow::{Context, ensure};
 use glam::{DQuat, DVec3, Vec3};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Number of columns of a pose: x, y, z, then the quaternion x, y, z, w.
 const POSE: usize = 7;
+/// Number of columns of a wall: the normal, then the offset.
+const WALL: usize = 4;
 
 impl Episode {
     /// Reads the episode file at `path`, made with the tool called `tool`.
     ///
     /// Arrays: `positions` (H + 1, N, 3) float32 \[m\]; `tool_poses` (H + 1, parts, 7) float64, x y z \[m\] and the unit
-    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\]; `body` (N) int32, left out where all are 0.
+    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\]; `body` (N) int32, left out where all are 0; `walls` (W, 4) float64, a unit
+    /// normal into the room and its product with the points of the wall \[m\], left out where there are none.
     ///
     /// # Errors
     /// When the file is missing or truncated, an array is missing or of another shape or type, a number is not finite, a
-    /// quaternion has not length 1, the interval is not positive, or a body number is negative.
+    /// quaternion or a wall's normal has not length 1, the interval is not positive, or a body number is negative.
     pub fn read(path: &Path, tool: &str) -> anyhow::Result<Self> {
         let mut arrays = Arrays::open(path)?;
         let (shape, positions) = arrays.read::<f32>("positions", &[None, None, Some(3)])?;
@@ -45,10 +49,11 @@ impl Episode {
         let mut controls = (0..frames).map(|t| Control { poses: poses[t * parts..(t + 1) * parts].to_vec() });
         let start = controls.next().map(|c| c.poses).unwrap_or_default();
         let controls = controls.collect();
-        let body = bodies(&mut arrays, count, path)?;
+        let (body, walls) = (bodies(&mut arrays, count, path)?, walls(&mut arrays, path)?);
         let points: Vec<DVec3> = positions.chunks_exact(3).map(|p| Vec3::from_slice(p).as_dvec3()).collect();
         let frames = points.chunks_exact(count).map(<[DVec3]>::to_vec).collect();
-        Ok(Self { tool: tool.to_owned(), theta, interval, start, controls, states: states(frames, interval), body })
+        let states = states(frames, interval);
+        Ok(Self { tool: tool.to_owned(), theta, interval, start, controls, states, body, walls })
     }
 
     /// Writes the episode to `path`, whole; positions are rounded to float32, velocities are not kept.
@@ -82,6 +87,12 @@ impl Episode {
             .and_then(|()| match self.body.iter().any(|body| *body > 0) {
                 true => draft.add("body", &[count], numbers(&self.body)?),
                 false => Ok(()),
+            })
+            .and_then(|()| match self.walls.is_empty() {
+                true => Ok(()),
+                false => {
+                    draft.add("walls", &[self.walls.len(), WALL], self.walls.iter().flat_map(Wall::to_array).collect())
+                }
             });
         added.with_context(|| format!("{} cannot be prepared", path.display()))?;
         write_whole(path, &draft.bytes()?)
@@ -89,13 +100,29 @@ impl Episode {
 }
 
 /// The array `body`; zeros where there is none.
-fn bodies(arrays: &mut Arrays, count: usize, path: &Path) -> anyhow::Result<Vec<u32>> {
+fn bodies(arrays: &mut Arrays, count: usize, path: &Path) -> anyhow::Result<Arc<[u32]>> {
     if !arrays.has("body") {
-        return Ok(vec![0; count]);
+        return Ok(vec![0; count].into());
     }
     let (_, numbers) = arrays.read::<i32>("body", &[Some(count)])?;
-    let body: Result<Vec<u32>, _> = numbers.into_iter().map(u32::try_from).collect();
+    let body: Result<Arc<[u32]>, _> = numbers.into_iter().map(u32::try_from).collect();
     body.with_context(|| format!("`body` in {} has a negative number; bodies count from 0", path.display()))
+}
+
+/// The array `walls`; none where there is no such array.
+fn walls(arrays: &mut Arrays, path: &Path) -> anyhow::Result<Arc<[Wall]>> {
+    if !arrays.has("walls") {
+        return Ok(Arc::default());
+    }
+    let (_, numbers) = arrays.read::<f64>("walls", &[None, Some(WALL)])?;
+    let wall = |row: &[f64]| Wall { normal: DVec3::from_slice(row), offset: row[3] };
+    let walls: Arc<[Wall]> = numbers.chunks_exact(WALL).map(wall).collect();
+    ensure!(
+        walls.iter().all(|wall| (wall.normal.length() - 1.0).abs() < 1e-6),
+        "`walls` in {} has a normal whose length is not 1; its columns are nx ny nz offset",
+        path.display()
+    );
+    Ok(walls)
 }
 
 fn numbers(body: &[u32]) -> anyhow::Result<Vec<i32>> {
@@ -125,26 +152,34 @@ mod tests {
     }
 
     #[test]
-    fn bodies_and_the_lack_of_a_tool_come_back() {
+    fn bodies_walls_and_the_lack_of_a_tool_come_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("episode.npz");
         let mut episode = made_up(3);
-        episode.body = vec![0, 2, 1, 1, 0];
+        episode.body = [0, 2, 1, 1, 0].into();
+        episode.walls = [Wall { normal: DVec3::X, offset: -0.1 }, Wall { normal: DVec3::NEG_Y, offset: 0.3 }].into();
         (episode.start, episode.theta) = (Vec::new(), Vec::new());
         episode.controls.iter_mut().for_each(|c| c.poses.clear());
         episode.write(&path).unwrap();
         assert_eq!(Episode::read(&path, "press").unwrap(), episode);
-        episode.body.pop();
+        episode.body = [0; 4].into();
         assert!(format!("{:#}", episode.write(&path).unwrap_err()).contains("uneven"));
 
-        let mut draft = Draft::new();
-        draft.add("positions", &[2, 1, 3], vec![0.0f32; 6]).unwrap();
-        draft.add("tool_poses", &[2, 0, 7], Vec::<f64>::new()).unwrap();
-        draft.add("theta", &[0], Vec::<f64>::new()).unwrap();
-        draft.add("interval", &[], vec![0.1]).unwrap();
-        draft.add("body", &[1], vec![-1i32]).unwrap();
-        std::fs::write(&path, draft.bytes().unwrap()).unwrap();
-        assert!(sentence(&path).contains("`body`"), "{}", sentence(&path));
+        let refused = |body: i32, walls: [f64; 4]| {
+            let mut draft = Draft::new();
+            draft.add("positions", &[2, 1, 3], vec![0.0f32; 6]).unwrap();
+            draft.add("tool_poses", &[2, 0, 7], Vec::<f64>::new()).unwrap();
+            draft.add("theta", &[0], Vec::<f64>::new()).unwrap();
+            draft.add("interval", &[], vec![0.1]).unwrap();
+            draft.add("body", &[1], vec![body]).unwrap();
+            draft.add("walls", &[1, 4], walls.to_vec()).unwrap();
+            std::fs::write(&path, draft.bytes().unwrap()).unwrap();
+            sentence(&path)
+        };
+        let told = refused(-1, [1.0, 0.0, 0.0, 0.2]);
+        assert!(told.contains("`body`"), "{told}");
+        let told = refused(0, [1.0, 1.0, 0.0, 0.2]);
+        assert!(told.contains("`walls`") && told.contains("length is not 1"), "{told}");
     }
 
     #[test]

@@ -48,6 +48,7 @@ fn made_up(steps: usize) -> Episode {
         start: vec![pose(0)],
         controls: (1..=steps).map(|t| Control { poses: vec![pose(t)] }).collect(),
         states: episode::states((0..=steps).map(|t| (0..5).map(|i| position(t, i)).collect()).collect(), interval),
-        body: vec![0; 5],
+        body: [0; 5].into(),
+        walls: std::sync::Arc::default(),
     }
 }

@@ -78,7 +78,8 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     let rounded = |x: &Particles| x.positions.iter().map(|p| p.as_vec3().as_dvec3()).collect();
     let states = super::episode::states(rollout.iter().map(rounded).collect(), interval);
     let body = world.pieces().into_iter().map(|piece| piece as u32).collect();
-    Ok(Episode { tool: name, theta, interval, start: motion.start, controls: motion.controls, states, body })
+    let (walls, controls) = (world.walls().into(), motion.controls);
+    Ok(Episode { tool: name, theta, interval, start: motion.start, controls, states, body, walls })
 }
 
 /// A uniformly random action of `tool` on `particles`, in `steps` control steps: θ and its path.

@@ -1,9 +1,10 @@
 //! A graph with roots over its particles.
-use super::{Graph, GraphPolicy, Nodes, Radius, Roots};
+use super::{Graph, GraphPolicy, Nodes, Radius, Roots, Skeleton};
 use crate::state::Particles;
 use anyhow::ensure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 
 /// Config of [`Hierarchy`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,8 +19,11 @@ pub struct HierarchySpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1))]
     pub degree: Option<usize>,
-    /// Number of roots of each level, the lowest first; an empty list is a flat graph.
+    /// Number of roots of each level over a body, the lowest first; an empty list is a flat graph.
     pub roots: Vec<usize>,
+    /// Numbers of the bodies that have roots; all where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<Vec<u32>>,
 }
 
 impl HierarchySpec {
@@ -33,7 +37,11 @@ impl HierarchySpec {
             );
             above = count;
         }
-        Ok(Hierarchy { near: Radius::new(self.radius, &self.edges, self.degree)?, counts: self.roots })
+        Ok(Hierarchy {
+            near: Radius::new(self.radius, &self.edges, self.degree, "hierarchy")?,
+            counts: self.roots,
+            bodies: self.bodies,
+        })
     }
 }
 
@@ -42,11 +50,16 @@ impl HierarchySpec {
 pub struct Hierarchy {
     near: Radius,
     counts: Vec<usize>,
+    bodies: Option<Vec<u32>>,
 }
 
 impl GraphPolicy for Hierarchy {
-    fn roots(&self, particles: &Particles) -> Roots {
-        Roots::over(&particles.positions, &self.counts)
+    fn skeleton(&self, particles: &Particles, body: &[u32]) -> Skeleton {
+        let rooted = |number: &u32| self.bodies.as_ref().is_none_or(|bodies| bodies.contains(number));
+        let numbers: BTreeSet<u32> = body.iter().copied().filter(rooted).collect();
+        let rows = |number: u32| (0..body.len()).filter(|&i| body[i] == number).map(|i| i as u32).collect();
+        let each: Vec<Vec<u32>> = numbers.into_iter().map(rows).collect();
+        Skeleton { roots: Roots::over(&particles.positions, &each, &self.counts), ..Skeleton::default() }
     }
 
     fn connect(&self, nodes: Nodes) -> Graph {

@@ -13,6 +13,10 @@ pub trait EdgeKind: Sync {
     fn window(&self) -> Window {
         Window::Fading
     }
+    /// The kind of graph whose skeleton it is drawn along, if it needs one.
+    fn needs(&self) -> Option<&'static str> {
+        None
+    }
 }
 
 /// How messages fade with distance.
@@ -26,9 +30,9 @@ pub enum Window {
 
 /// Every edge kind, in the order of [`super::Graph::edges`].
 pub static EDGE_KINDS: &[&dyn EdgeKind] =
-    &[&ParticleToParticle, &ToolToParticle, &FloorToParticle, &LeafToRoot, &RootToRoot, &RootToLeaf];
+    &[&ParticleToParticle, &ToolToParticle, &FloorToParticle, &LeafToRoot, &RootToRoot, &RootToLeaf, &Bond];
 
-/// The kinds that join what is near, and need no roots.
+/// The kinds that join what is near, and need no skeleton.
 pub fn near_kinds() -> impl Iterator<Item = &'static dyn EdgeKind> {
     EDGE_KINDS.iter().copied().filter(|kind| kind.window() == Window::Fading)
 }
@@ -52,6 +56,7 @@ struct FloorToParticle;
 struct LeafToRoot;
 struct RootToRoot;
 struct RootToLeaf;
+struct Bond;
 
 impl EdgeKind for ParticleToParticle {
     fn name(&self) -> &'static str {
@@ -71,6 +76,7 @@ impl EdgeKind for ToolToParticle {
     }
 }
 
+/// From the floor, and from walls where there are any.
 impl EdgeKind for FloorToParticle {
     fn name(&self) -> &'static str {
         "floor"
@@ -78,9 +84,8 @@ impl EdgeKind for FloorToParticle {
     fn connect(&self, nodes: &Nodes, _: &CellList, radius: f64) -> EdgeSet {
         let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
         for position in &nodes.positions[..nodes.particles] {
-            if position.z < radius {
-                set.senders.push(nodes.floor() as u32);
-            }
+            let near = nodes.planes().zip(&nodes.planes).filter(|(_, plane)| plane.distance(*position) < radius);
+            set.senders.extend(near.map(|(row, _)| row as u32));
             set.offsets.push(set.senders.len() as u32);
         }
         set
@@ -94,22 +99,25 @@ impl EdgeKind for LeafToRoot {
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        nodes.roots.children().for_each(|(root, children)| rows[root] = children.to_vec());
+        nodes.roots().children().for_each(|(root, children)| rows[root] = children.to_vec());
         EdgeSet::from_rows(rows)
     }
     fn window(&self) -> Window {
         Window::Open
     }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
+    }
 }
 
-/// Between all roots of a level.
+/// Between all roots of a body on one level.
 impl EdgeKind for RootToRoot {
     fn name(&self) -> &'static str {
         "root_root"
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        for level in nodes.roots.levels() {
+        for level in nodes.roots().levels() {
             for root in level.clone() {
                 rows[root] = level.clone().filter(|&other| other != root).map(|other| other as u32).collect();
             }
@@ -119,6 +127,9 @@ impl EdgeKind for RootToRoot {
     fn window(&self) -> Window {
         Window::Open
     }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
+    }
 }
 
 impl EdgeKind for RootToLeaf {
@@ -127,12 +138,31 @@ impl EdgeKind for RootToLeaf {
     }
     fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
-        for (root, children) in nodes.roots.children() {
+        for (root, children) in nodes.roots().children() {
             children.iter().for_each(|&child| rows[child as usize].push(root as u32));
         }
         EdgeSet::from_rows(rows)
     }
     fn window(&self) -> Window {
         Window::Open
+    }
+    fn needs(&self) -> Option<&'static str> {
+        Some("hierarchy")
+    }
+}
+
+/// Between particles that were near at the start, however far apart they are now.
+impl EdgeKind for Bond {
+    fn name(&self) -> &'static str {
+        "bond"
+    }
+    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+        nodes.skeleton.bonds.clone()
+    }
+    fn window(&self) -> Window {
+        Window::Open
+    }
+    fn needs(&self) -> Option<&'static str> {
+        Some("fixed")
     }
 }

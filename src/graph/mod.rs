@@ -1,16 +1,17 @@
 //! Graphs over particles: typed edges, and the policies that draw them.
 //!
-//! Nodes are numbered `[particles | roots | tool surface samples | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
+//! Nodes are numbered `[particles | roots | tool surface samples | walls | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
 //! and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::Particles;
-use glam::DVec3;
 
+mod fixed;
 mod hierarchy;
 mod kind;
 mod node;
 mod radius;
 mod roots;
 
+pub use fixed::{Fixed, FixedSpec};
 pub use hierarchy::{Hierarchy, HierarchySpec};
 pub(crate) use kind::kinds_named;
 pub use kind::{EDGE_KINDS, EdgeKind, Window, near_kinds};
@@ -39,10 +40,10 @@ impl EdgeSet {
     }
 
     /// Of every receiver's edges those from the `most` nearest senders, the earlier of two that are equally far.
-    fn nearest(&self, positions: &[DVec3], most: usize) -> Self {
+    fn nearest(&self, nodes: &Nodes, most: usize) -> Self {
         let row = |(i, ends): (usize, &[u32])| {
             let mut senders = self.senders[ends[0] as usize..ends[1] as usize].to_vec();
-            let far = |j: &u32| positions[i].distance_squared(positions[*j as usize]);
+            let far = |j: &u32| nodes.offset(i, *j as usize).length_squared();
             senders.sort_by(|a, b| far(a).total_cmp(&far(b)));
             senders.truncate(most);
             senders.sort_unstable();
@@ -71,17 +72,26 @@ impl EdgeSet {
 /// Nodes and, for every kind of [`EDGE_KINDS`] by its place there, its edges.
 #[derive(Clone, Debug, Default)]
 pub struct Graph {
-    /// Particles, roots, tool surface samples and the floor.
+    /// Particles, roots, tool surface samples, walls and the floor.
     pub nodes: Nodes,
     /// One set per row of [`EDGE_KINDS`]; empty where the policy does not draw that kind.
     pub edges: Vec<EdgeSet>,
 }
 
+/// What is drawn at the start of a rollout and kept while the particles move.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skeleton {
+    /// Roots over the particles.
+    pub roots: Roots,
+    /// Particles that stay joined, as edges into each; no rows where the policy draws none.
+    pub bonds: EdgeSet,
+}
+
 /// Draws edges. What counts as a neighbour is a decision, so it has a name and a config.
 pub trait GraphPolicy: Send + Sync {
-    /// The roots over these particles, which a rollout that starts from them keeps.
-    fn roots(&self, _: &Particles) -> Roots {
-        Roots::default()
+    /// What a rollout that starts from these particles of numbered bodies keeps of its first graph.
+    fn skeleton(&self, _: &Particles, _: &[u32]) -> Skeleton {
+        Skeleton::default()
     }
     /// The edges between these nodes.
     fn connect(&self, nodes: Nodes) -> Graph;
@@ -91,5 +101,9 @@ pub trait GraphPolicy: Send + Sync {
 
 family! {
     /// Every graph policy that a config can name.
-    GraphSpec builds Box<dyn GraphPolicy> { Radius(radius::RadiusSpec), Hierarchy(hierarchy::HierarchySpec) }
+    GraphSpec builds Box<dyn GraphPolicy> {
+        Radius(radius::RadiusSpec),
+        Hierarchy(hierarchy::HierarchySpec),
+        Fixed(fixed::FixedSpec),
+    }
 }

@@ -22,15 +22,7 @@ pub struct RadiusSpec {
 
 impl RadiusSpec {
     pub(crate) fn build(self) -> anyhow::Result<Radius> {
-        let radius = Radius::new(self.radius, &self.edges, self.degree)?;
-        for &kind in &radius.kinds {
-            ensure!(
-                EDGE_KINDS[kind].window() == Window::Fading,
-                "graph.edges names {:?}, which needs roots: take graph.kind = \"hierarchy\"",
-                EDGE_KINDS[kind].name()
-            );
-        }
-        Ok(radius)
+        Radius::new(self.radius, &self.edges, self.degree, "radius")
     }
 }
 
@@ -43,25 +35,31 @@ pub struct Radius {
 }
 
 impl Radius {
-    /// Draws the named kinds of edges within `radius` \[m\], of those that join what is near the nearest `degree`.
+    /// Draws the named kinds of edges within `radius` \[m\], of those that join what is near the nearest `degree`, in a graph of the
+    /// kind `policy`.
     ///
     /// # Errors
-    /// When the radius is no length, the degree is zero, or a name is no kind's.
-    pub(super) fn new(radius: f64, edges: &[String], degree: Option<usize>) -> anyhow::Result<Self> {
+    /// When the radius is no length, the degree is zero, a name is no kind's, or a kind of edges needs another kind of graph.
+    pub(super) fn new(radius: f64, edges: &[String], degree: Option<usize>, policy: &str) -> anyhow::Result<Self> {
         ensure!(radius > 0.0 && radius.is_finite(), "graph.radius must be a positive length, got {radius}");
         ensure!(degree != Some(0), "graph.degree is 0: leave out the kinds that nothing is to be heard of by");
-        Ok(Self { radius, kinds: kinds_named("graph.edges", edges)?, degree })
+        let kinds = kinds_named("graph.edges", edges)?;
+        for kind in kinds.iter().map(|&kind| EDGE_KINDS[kind]) {
+            let needs = kind.needs().unwrap_or(policy);
+            ensure!(needs == policy, "graph.edges names {:?}, which needs graph.kind = {needs:?}", kind.name());
+        }
+        Ok(Self { radius, kinds, degree })
     }
 }
 
 impl GraphPolicy for Radius {
     fn connect(&self, nodes: Nodes) -> Graph {
-        let cells = CellList::new(&nodes.positions[..nodes.floor()], self.radius);
+        let cells = CellList::new(&nodes.positions[..nodes.tool().end], self.radius);
         let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         for &kind in &self.kinds {
             let all = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
             edges[kind] = match self.degree {
-                Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes.positions, most),
+                Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes, most),
                 _ => all,
             };
         }

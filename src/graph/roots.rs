@@ -6,12 +6,12 @@ use std::ops::Range;
 
 /// The roots over a list of particles, level upon level; built once, and kept while the particles move.
 ///
-/// Roots are numbered from the lowest level up, and stand in a graph behind the particles.
+/// Roots are numbered body by body and from the lowest level up, and stand in a graph behind the particles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Roots {
     /// Number of particles N.
     particles: usize,
-    /// Roots of each level.
+    /// Roots of each level of each body.
     levels: Vec<Range<usize>>,
     /// Particles under each root.
     leaves: Vec<Vec<u32>>,
@@ -23,22 +23,27 @@ pub struct Roots {
 const SWEEPS: usize = 50;
 
 impl Roots {
-    /// `counts[0]` roots over the points, `counts[1]` over those, and so on, by k-means (Lloyd 1982) from points far apart; fewer
-    /// where there are fewer points to stand for.
-    pub fn over(points: &[DVec3], counts: &[usize]) -> Self {
+    /// Over each body, a list of rows of `points`, `counts[0]` roots, `counts[1]` over those, and so on, by k-means (Lloyd 1982) from
+    /// points far apart; fewer where there are fewer points to stand for.
+    pub fn over(points: &[DVec3], bodies: &[Vec<u32>], counts: &[usize]) -> Self {
         let mut roots = Self { particles: points.len(), ..Self::default() };
-        let (mut below, mut first) = (points.to_vec(), 0);
-        for &count in counts {
-            let (of, middles) = clusters(&below, count);
-            let start = roots.leaves.len();
-            for root in 0..middles.len() {
-                let children: Vec<u32> = (0..of.len()).filter(|&i| of[i] == root).map(|i| (first + i) as u32).collect();
-                let leaves = children.iter().flat_map(|&child| roots.under(child as usize)).collect();
-                roots.children.push(children);
-                roots.leaves.push(leaves);
+        for body in bodies {
+            let mut below: Vec<DVec3> = body.iter().map(|&i| points[i as usize]).collect();
+            let mut rows = body.clone();
+            for &count in counts {
+                let (of, middles) = clusters(&below, count);
+                let start = roots.leaves.len();
+                for root in 0..middles.len() {
+                    let children: Vec<u32> =
+                        rows.iter().zip(&of).filter(|(_, k)| **k == root).map(|(i, _)| *i).collect();
+                    let leaves = children.iter().flat_map(|&child| roots.under(child as usize)).collect();
+                    roots.children.push(children);
+                    roots.leaves.push(leaves);
+                }
+                roots.levels.push(start..roots.leaves.len());
+                (below, rows) =
+                    (middles, (points.len() + start..points.len() + roots.len()).map(|i| i as u32).collect());
             }
-            roots.levels.push(start..roots.leaves.len());
-            (below, first) = (middles, points.len() + start);
         }
         roots
     }
@@ -53,7 +58,7 @@ impl Roots {
         self.leaves.is_empty()
     }
 
-    /// Rows of the roots of each level, in a graph of these particles.
+    /// Rows of the roots of each level of each body, in a graph of these particles.
     pub fn levels(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.levels.iter().map(|level| level.start + self.particles..level.end + self.particles)
     }
@@ -75,6 +80,11 @@ impl Roots {
         for (leaves, back) in self.leaves.iter().zip(means) {
             leaves.iter().for_each(|&i| values[i as usize] += *back / leaves.len() as f64);
         }
+    }
+
+    /// The particles' `bodies` and, behind them, that of every root.
+    pub fn with_bodies(&self, bodies: &[u32]) -> Vec<u32> {
+        bodies.iter().copied().chain(self.leaves.iter().map(|leaves| bodies[leaves[0] as usize])).collect()
     }
 
     fn under(&self, row: usize) -> Vec<u32> {

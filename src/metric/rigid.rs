@@ -1,6 +1,6 @@
 //! Rigid motions that lay one cloud over another.
+use crate::state::rotation_between;
 use glam::{DQuat, DVec3};
-use nalgebra::Matrix4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -55,25 +55,7 @@ pub(super) fn kabsch(pairs: &[(DVec3, DVec3)], freedom: Freedom) -> Rigid {
             });
             Rigid::about(DQuat::from_rotation_z(f64::atan2(cross, dot)), from, to.with_z(from.z))
         }
-        Freedom::Full => {
-            // Horn's matrix: qᵀ N q = Σ bᵢ · (q aᵢ q*), for q = (w, x, y, z).
-            let mut sums = Matrix4::zeros();
-            for (a, b) in centred() {
-                let (dot, cross) = (a.dot(b), a.cross(b));
-                let (a, b) = (a.to_array(), b.to_array());
-                sums[(0, 0)] += dot;
-                for i in 0..3 {
-                    sums[(0, i + 1)] += cross[i];
-                    sums[(i + 1, 0)] += cross[i];
-                    for j in 0..3 {
-                        sums[(i + 1, j + 1)] += a[i] * b[j] + a[j] * b[i] - if i == j { dot } else { 0.0 };
-                    }
-                }
-            }
-            let eigen = sums.symmetric_eigen();
-            let q = eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned();
-            Rigid::about(DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize(), from, to)
-        }
+        Freedom::Full => Rigid::about(rotation_between(centred()), from, to),
     }
 }
 

@@ -1,12 +1,22 @@
 //! What a model is told before it starts, and what it is told at each step.
-use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape};
+use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Wall};
+use glam::DVec3;
 use std::sync::Arc;
+
+/// The most velocities of the past that a scene is given.
+pub const MEMORY: usize = 8;
 
 /// The start of a rollout: particles, and the tool where its motion begins.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Object particles.
     pub particles: Particles,
+    /// Velocities one, two … control steps before \[m/s\], N rows each, as far as they are known; before that all was at rest.
+    pub past: Vec<Vec<DVec3>>,
+    /// Number of the body that each particle belongs to, N rows; all 0 where there is but one.
+    pub body: Arc<[u32]>,
+    /// Walls around the table.
+    pub walls: Arc<[Wall]>,
     /// Geometry of the tool's parts.
     pub tool: Arc<ToolShape>,
     /// Pose of each part at the start.
@@ -15,6 +25,14 @@ pub struct Scene {
     pub interval: f64,
     /// The simulator's own state at this instant, for the models that need it (the oracle).
     pub snapshot: Option<Snapshot>,
+}
+
+impl Scene {
+    /// One body of particles on an open table, with no simulator behind it.
+    pub fn open(particles: Particles, tool: Arc<ToolShape>, poses: Vec<Pose>, interval: f64) -> Self {
+        let body = vec![0; particles.len()].into();
+        Self { particles, past: Vec::new(), body, walls: Arc::default(), tool, poses, interval, snapshot: None }
+    }
 }
 
 /// A simulator's state as bytes that only it can read.

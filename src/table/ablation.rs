@@ -45,9 +45,9 @@ pub fn ablation<'a>(
     let base = |(change, model)| groups.get(&reference(change, model)).into_iter().flatten().copied();
     let difference = |key, mine: &[&'a Row]| Interval::over_seeds(paired(mine.iter().copied(), base(key)));
     // Differences of fits of equal seeds, where there are several.
-    let prediction = |key, mine: &[&Row]| {
-        let base: BTreeMap<u64, f64> = base(key).filter_map(|row| Some((row.seed, row.rollout?))).collect();
-        let paired = mine.iter().filter_map(|row| Some((row.seed, row.rollout? - base.get(&row.seed)?)));
+    let prediction = |key, mine: &[&Row], of: fn(&Row) -> Option<f64>| {
+        let base: BTreeMap<u64, f64> = base(key).filter_map(|row| Some((row.seed, of(row)?))).collect();
+        let paired = mine.iter().filter_map(|row| Some((row.seed, of(row)? - base.get(&row.seed)?)));
         Interval::over_seeds(paired)
     };
     let own = |(change, model): (&'a str, &'a str)| (change, model) == reference(change, model);
@@ -84,8 +84,12 @@ pub fn ablation<'a>(
         format!("achieved cost against the reference: {}", verdict(achieved)),
     ];
     if several {
-        let predicted = named.iter().map(|(label, key, mine)| (label.clone(), prediction(*key, mine)));
-        notes.push(format!("rollout error against the reference, paired by seed: {}", verdict(predicted)));
+        let mut compare = |what: &str, of: fn(&Row) -> Option<f64>| {
+            let predicted = named.iter().map(|(label, key, mine)| (label.clone(), prediction(*key, mine, of)));
+            notes.push(format!("{what} error against the reference, paired by seed: {}", verdict(predicted)));
+        };
+        compare("one-step", |row| row.one_step);
+        compare("rollout", |row| row.rollout);
     }
     Grid {
         title: title.to_owned(),
@@ -124,7 +128,9 @@ mod tests {
         let rows = pairs.map(|(change, less)| (1..=3).map(move |seed| trial(change, seed, 0.01 * seed as f64 + less)));
         let grid = table(&rows.into_iter().flatten().collect::<Vec<_>>());
         assert_eq!(grid.rows[0][2], "10.00 ± 12.42", "t₀.₉₇₅(2) = 4.303 times 5 mm over √3");
-        assert!(grid.notes[3].ends_with("lower: better / learned"), "{}", grid.notes[3]);
+        for (note, what) in grid.notes[3..].iter().zip(["one-step", "rollout"]) {
+            assert!(note.starts_with(what) && note.ends_with("lower: better / learned"), "{note}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! How well a model predicts episodes, one step ahead and all the way.
 use super::split::Tools;
-use super::window::{Window, Windows};
+use super::window::Window;
+use super::windows::Windows;
 use crate::data::Episode;
 use crate::model::WorldModel;
 use crate::state::Particles;

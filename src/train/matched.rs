@@ -2,7 +2,7 @@
 use crate::data::Episode;
 use crate::model::Cost;
 use crate::state::{Particles, ParticlesGrad};
-use crate::train::window::shifts;
+use crate::train::windows::shifts;
 
 /// Mean squared position error in units of a typical step,
 /// `J = 1/K Σ_{t=1..K} 1/N Σᵢ |xᵢ(t) − x*ᵢ(t)|² / scale²`: 1 when every particle is one typical step away.

@@ -1,5 +1,8 @@
 //! The config of a training run.
+use super::Unroll;
 use super::trainer::Trainer;
+use crate::metric::CostSpec;
+use anyhow::Context;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -16,6 +19,16 @@ pub struct TrainSpec {
     /// Control steps that a window is rolled out for, each counting equally in the loss.
     #[schemars(range(min = 1))]
     pub horizon: usize,
+    /// Steps over which a window grows from one control step to `horizon`; with 0 it has them all from the first.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub grow: u64,
+    /// Which control steps of a window are differentiated.
+    #[serde(default, skip_serializing_if = "Unroll::is_whole")]
+    pub unroll: Unroll,
+    /// A distance between shapes to minimise where rows are not the same particles in every state; absent, the squared distance of
+    /// each particle from where it should be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss: Option<CostSpec>,
     /// Peak learning rate.
     #[schemars(range(min = 1e-8, max = 1.0))]
     pub rate: f64,
@@ -71,7 +84,20 @@ pub enum Keep {
     Last,
 }
 
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
 impl TrainSpec {
+    /// Control steps of a window in optimiser step `step` ∈ 1..=`steps`.
+    pub(super) fn length_at(&self, step: u64) -> usize {
+        match self.grow {
+            0 => self.horizon,
+            // Equal shares of the growing for every length.
+            grow => self.horizon.min(1 + ((step - 1) * self.horizon as u64 / grow) as usize),
+        }
+    }
+
     /// Checks the values.
     ///
     /// # Errors
@@ -102,6 +128,30 @@ impl TrainSpec {
             let inside = low <= value && value <= high;
             anyhow::ensure!(inside, "`{key}` of the training config is {value}; give a number from {low} to {high}");
         }
+        self.loss.clone().map(CostSpec::build).transpose().context("in `loss` of the training config")?;
         Ok(Trainer { spec: self })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_grows_evenly_to_its_horizon() {
+        let spec = json(r#"{ "horizon": 4, "grow": 100 }"#);
+        let lengths: Vec<usize> = [1, 25, 26, 50, 51, 76, 100, 400].map(|step| spec.length_at(step)).to_vec();
+        assert_eq!(lengths, [1, 1, 2, 2, 3, 4, 4, 4]);
+        assert_eq!(json(r#"{ "horizon": 4 }"#).length_at(1), 4);
+    }
+
+    /// The shipped config with these changes.
+    fn json(changes: &str) -> TrainSpec {
+        let text = include_str!("../../configs/train/network.toml");
+        let mut spec: serde_json::Value = toml_edit::de::from_str(text).unwrap();
+        spec.as_object_mut().unwrap().shift_remove("kind");
+        let changes: serde_json::Value = serde_json::from_str(changes).unwrap();
+        spec.as_object_mut().unwrap().extend(changes.as_object().unwrap().clone());
+        serde_json::from_value(spec).unwrap()
     }
 }

@@ -7,10 +7,14 @@ use super::matched::{Matched, displacement_scale};
 use super::schedule::rate_at;
 use super::split::{Split, set_aside};
 use super::train_spec::{Keep, TrainSpec};
+use super::unmatched::Unmatched;
 use super::validation::{Validation, validate};
-use super::window::{Window, Windows};
+use super::window::Window;
+use super::windows::Windows;
 use crate::config::write_whole;
-use crate::model::WorldModel;
+use crate::metric::{CostSpec, ShapeLoss};
+use crate::model::{Cost, WorldModel};
+use crate::state::Particles;
 use crate::watch::Watch;
 use anyhow::Context;
 use rand::{Rng, SeedableRng};
@@ -79,6 +83,7 @@ impl Trainer {
         let windows = Windows::new(fitted.iter().copied(), &split.tools, spec.horizon, spec.motion)?;
         let validation = Windows::new(aside.iter().copied(), &split.tools, spec.validation_horizon, spec.motion)?;
         let validation = validation.spread(spec.validation_windows);
+        let loss = spec.loss.clone().map(CostSpec::build).transpose()?;
         windows.iter().try_for_each(|w| model.accepts(&w.scene)).context("the model cannot start from the data")?;
         let weights = model.weights();
         anyhow::ensure!(!weights.is_empty(), "the model has no weights to train; choose a model with a learned part");
@@ -93,13 +98,13 @@ impl Trainer {
         let before = state.seconds;
         model.set_weights(&state.weights);
         while state.step < spec.steps {
-            let rate = self.advance(model, &windows, scale, &mut state)?;
+            let rate = self.advance(model, &windows, &Objective { scale, loss: loss.as_deref() }, &mut state)?;
             state.seconds = before + bar.elapsed().as_secs_f64();
             bar.inc(1);
             let due = |every: u64| state.step.is_multiple_of(every) || state.step == spec.steps;
             let (log, judge) = (due(spec.log_every), due(spec.validate_every));
             if log || judge {
-                let validation = if judge { validate(model, &validation)? } else { None };
+                let validation = if judge { validate(model, &validation, loss.as_deref())? } else { None };
                 if let Some(validation) = &validation {
                     keep_best(&mut state, validation);
                 }
@@ -127,7 +132,7 @@ impl Trainer {
         &self,
         model: &mut dyn WorldModel,
         windows: &Windows<'_>,
-        scale: f64,
+        objective: &Objective<'_>,
         state: &mut Checkpoint,
     ) -> anyhow::Result<f64> {
         let (spec, step) = (&self.spec, state.step + 1);
@@ -138,13 +143,17 @@ impl Trainer {
                 let (episode, mut window) = windows.draw(spec.moving, &mut rng);
                 window.turn(rng.random_range(-1.0..=1.0) * spec.turn);
                 window.disturb(spec.noise, &mut rng);
+                window.shorten(spec.length_at(step));
                 (episode, window)
             })
             .collect();
         let fixed = &*model;
         let gradients: Option<Vec<_>> = batch
             .par_iter()
-            .map(|(_, w)| fixed.weight_gradient(&w.scene, &w.controls, &Matched { targets: &w.targets, scale }))
+            .map(|(_, window)| {
+                let part = spec.unroll.part(fixed, window.clone());
+                fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))
+            })
             .collect();
         let gradients = gradients.context("the model has no derivatives, so it cannot be trained")?;
         let share = 1.0 / batch.len() as f64;
@@ -202,8 +211,23 @@ impl Trainer {
     }
 }
 
+/// What is minimised.
+struct Objective<'a> {
+    scale: f64,
+    loss: Option<&'a dyn ShapeLoss>,
+}
+
+impl<'a> Objective<'a> {
+    fn cost(&self, targets: &'a [Particles]) -> Box<dyn Cost + 'a> {
+        match self.loss {
+            Some(loss) => Box::new(Unmatched { targets, scale: self.scale, loss }),
+            None => Box::new(Matched { targets, scale: self.scale }),
+        }
+    }
+}
+
 fn keep_best(state: &mut Checkpoint, validation: &Validation) {
-    let error = validation.rollout;
+    let error = validation.shape.unwrap_or(validation.rollout);
     if state.best.as_ref().map_or(f64::INFINITY, |b| b.error) > error {
         state.best = Some(Best { error, step: state.step, weights: state.weights.clone() });
     }

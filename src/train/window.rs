@@ -1,10 +1,7 @@
 //! Windows: K consecutive control steps of an episode, the examples that every model is fitted to.
-use super::split::Tools;
 use crate::data::Episode;
-use crate::state::{Control, Particles, Pose, Scene, ToolShape};
-use anyhow::Context;
+use crate::state::{Control, Particles, Pose, Scene, ToolShape, Wall};
 use glam::{DQuat, DVec3};
-use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::borrow::Cow;
@@ -24,15 +21,8 @@ pub struct Window<'a> {
 impl<'a> Window<'a> {
     /// Steps `start` to `start + length` of an episode; the range lies inside it.
     pub fn of(episode: &'a Episode, start: usize, length: usize, shape: &Arc<ToolShape>) -> Self {
-        let poses = if start == 0 { &episode.start } else { &episode.controls[start - 1].poses };
         Self {
-            scene: Scene {
-                particles: episode.states[start].clone(),
-                tool: shape.clone(),
-                poses: poses.clone(),
-                interval: episode.interval,
-                snapshot: None,
-            },
+            scene: episode.scene(start, shape),
             controls: Cow::Borrowed(&episode.controls[start..start + length]),
             targets: Cow::Borrowed(&episode.states[start + 1..=start + length]),
         }
@@ -50,24 +40,47 @@ impl<'a> Window<'a> {
             }
         };
         particles(&mut self.scene.particles);
+        self.scene.past.iter_mut().flatten().for_each(|v| *v = turn * *v);
         poses(&mut self.scene.poses);
+        let wall = |wall: &Wall| Wall { normal: turn * wall.normal, ..*wall };
+        self.scene.walls = self.scene.walls.iter().map(wall).collect();
         self.controls.to_mut().iter_mut().for_each(|c| poses(&mut c.poses));
         self.targets.to_mut().iter_mut().for_each(particles);
+    }
+
+    /// Keeps the first `length` control steps.
+    pub fn shorten(&mut self, length: usize) {
+        fn head<T: Clone>(list: &mut Cow<'_, [T]>, length: usize) {
+            match list {
+                Cow::Borrowed(rows) => *rows = &rows[..length.min(rows.len())],
+                Cow::Owned(rows) => rows.truncate(length),
+            }
+        }
+        head(&mut self.controls, length);
+        head(&mut self.targets, length);
     }
 
     /// Adds random-walk noise to the start, the targets staying true.
     ///
     /// Two steps of a walk `n₋₁ ~ N(0, σ²/2)`, `n₀ = n₋₁ + N(0, σ²/2)` per coordinate shift the previous and the present
-    /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`. `sigma` in \[m\].
+    /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`, and so do earlier velocities by steps of
+    /// their own. `sigma` in \[m\].
     /// After Sanchez-Gonzalez et al. (2020), appendix B.
     pub fn disturb(&mut self, sigma: f64, rng: &mut ChaCha8Rng) {
         let share = sigma * 0.5_f64.sqrt();
+        // The past has a stream of its own: what a model without memory is trained on does not depend on it.
+        let mut far = rng.clone();
+        far.set_stream(!rng.get_stream());
+        let interval = self.scene.interval;
+        for velocity in self.scene.past.iter_mut().flatten() {
+            *velocity += DVec3::from_array(std::array::from_fn(|_| share * normal(&mut far))) / interval;
+        }
         let mut step = || DVec3::from_array(std::array::from_fn(|_| share * normal(rng)));
         let particles = &mut self.scene.particles;
         for (position, velocity) in particles.positions.iter_mut().zip(&mut particles.velocities) {
             let (before, now) = (step(), step());
             *position += before + now;
-            *velocity += now / self.scene.interval;
+            *velocity += now / interval;
         }
     }
 }
@@ -76,114 +89,14 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// All windows of one length over some episodes, and which of them show motion.
-pub struct Windows<'a> {
-    episodes: Vec<(&'a Episode, &'a Arc<ToolShape>)>,
-    all: Vec<(usize, usize)>,
-    moving: Vec<(usize, usize)>,
-    length: usize,
-}
-
-impl<'a> Windows<'a> {
-    /// Windows of `length` steps; one is moving when some particle goes further than `motion` \[m\] in one of its steps.
-    ///
-    /// # Errors
-    /// A sentence naming the episode that is too short, incomplete, not finite, or whose tool is not in `tools`.
-    pub fn new(
-        episodes: impl IntoIterator<Item = &'a Episode>,
-        tools: &'a Tools,
-        length: usize,
-        motion: f64,
-    ) -> anyhow::Result<Self> {
-        let mut windows = Self { episodes: Vec::new(), all: Vec::new(), moving: Vec::new(), length };
-        for (e, episode) in episodes.into_iter().enumerate() {
-            let steps = check(episode, length).with_context(|| format!("episode {e} of the data cannot be used"))?;
-            let shape = tools.get(&episode.tool).with_context(|| {
-                format!("episode {e} was made with the tool \"{}\", of which there is no shape", episode.tool)
-            })?;
-            windows.episodes.push((episode, shape));
-            let moves: Vec<bool> = episode.states.windows(2).map(|pair| shifts(pair).any(|d| d > motion)).collect();
-            for start in 0..=steps - length {
-                windows.all.push((e, start));
-                if moves[start..start + length].contains(&true) {
-                    windows.moving.push((e, start));
-                }
-            }
-        }
-        Ok(windows)
-    }
-
-    /// Number of windows.
-    pub fn len(&self) -> usize {
-        self.all.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-
-    /// Windows of every episode in turn, from its first step to its last.
-    pub fn iter(&self) -> impl Iterator<Item = Window<'a>> + '_ {
-        self.all.iter().map(|at| self.window(*at))
-    }
-
-    /// Draws a window: with probability `moving` one in which something moves, else any. Returns its episode too.
-    pub fn draw(&self, moving: f64, rng: &mut ChaCha8Rng) -> (usize, Window<'a>) {
-        let list = if rng.random::<f64>() < moving && !self.moving.is_empty() { &self.moving } else { &self.all };
-        let at = list[rng.random_range(0..list.len())];
-        (at.0, self.window(at))
-    }
-
-    /// `count` different windows (or all there are) at even distances through the list of all, in its order.
-    pub fn spread(&self, count: usize) -> Vec<Window<'a>> {
-        self.evenly(&self.all, count)
-    }
-
-    /// `count` different windows in which something moves (or all there are) at even distances, in order.
-    pub fn spread_moving(&self, count: usize) -> Vec<Window<'a>> {
-        self.evenly(&self.moving, count)
-    }
-
-    fn evenly(&self, list: &[(usize, usize)], count: usize) -> Vec<Window<'a>> {
-        let count = count.min(list.len());
-        // The middle of each of `count` equal shares, so that neither the first nor the last steps are preferred.
-        (0..count).map(|i| self.window(list[(2 * i + 1) * list.len() / (2 * count)])).collect()
-    }
-
-    fn window(&self, (episode, start): (usize, usize)) -> Window<'a> {
-        let (episode, shape) = self.episodes[episode];
-        Window::of(episode, start, self.length, shape)
-    }
-}
-
-/// How far each particle goes between two states \[m\].
-pub(super) fn shifts(pair: &[Particles]) -> impl Iterator<Item = f64> + '_ {
-    pair[0].positions.iter().zip(&pair[1].positions).map(|(a, b)| a.distance(*b))
-}
-
-fn check(episode: &Episode, length: usize) -> anyhow::Result<usize> {
-    let (steps, states) = (episode.controls.len(), episode.states.len());
-    anyhow::ensure!(states == steps + 1, "it has {states} states and {steps} controls, one more state is needed");
-    anyhow::ensure!(steps >= length, "it has {steps} control steps, fewer than the {length} of a window");
-    let count = episode.states[0].len();
-    for (t, state) in episode.states.iter().enumerate() {
-        anyhow::ensure!(
-            state.len() == count && state.velocities.len() == count,
-            "its step {t} has not {count} particles"
-        );
-        anyhow::ensure!(state.is_finite(), "its step {t} contains a number that is not finite");
-    }
-    Ok(steps)
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use crate::train::split::Tools;
     use rand::SeedableRng;
 
     /// Three particles over six steps; the last moves at steps 3 and 4 only.
-    fn episode() -> Episode {
+    pub(in crate::train) fn episode() -> Episode {
         let place = |t: usize| DVec3::X * [0.0, 0.0, 0.0, 0.01, 0.03, 0.03, 0.03][t];
         let state = |t| Particles::at_rest(vec![DVec3::ZERO, DVec3::Y, place(t)]);
         let pose = |t: usize| Pose { translation: DVec3::Z * t as f64, ..Pose::default() };
@@ -194,46 +107,34 @@ mod tests {
             start: vec![pose(0)],
             controls: (1..=6).map(|t| Control { poses: vec![pose(t)] }).collect(),
             states: (0..=6).map(state).collect(),
-            body: vec![0; 3],
+            body: [0; 3].into(),
+            walls: [Wall { normal: DVec3::X, offset: -0.5 }].into(),
         }
     }
 
-    fn tools() -> Tools {
+    pub(in crate::train) fn tools() -> Tools {
         Tools::from([("press".to_owned(), Arc::new(ToolShape::from(Vec::new())))])
     }
 
     #[test]
-    fn a_window_starts_where_the_tool_stands_and_ends_with_its_last_target() {
-        let (episode, tools) = (episode(), tools());
-        let list = [episode];
-        let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
-        assert_eq!(windows.len(), 5);
-        for (t, window) in windows.iter().enumerate() {
-            assert_eq!(window.scene.poses[0].translation.z, t as f64);
-            assert_eq!(window.controls[1].poses[0].translation.z, t as f64 + 2.0);
-            assert_eq!(*window.targets, list[0].states[t + 1..t + 3]);
+    fn a_shortened_window_is_its_beginning() {
+        let (list, tools) = ([episode()], tools());
+        let mut window = Window::of(&list[0], 1, 4, &tools["press"]);
+        let mut turned = window.clone();
+        turned.turn(0.3);
+        for window in [&mut window, &mut turned] {
+            let whole = window.clone();
+            window.shorten(9);
+            assert_eq!((&window.controls, &window.targets), (&whole.controls, &whole.targets));
+            window.shorten(2);
+            assert_eq!((&*window.controls, &*window.targets), (&whole.controls[..2], &whole.targets[..2]));
         }
     }
 
     #[test]
-    fn only_windows_in_which_something_moves_are_preferred() {
-        let (list, tools) = ([episode()], tools());
-        let windows = Windows::new(&list, &tools, 2, 1e-3).unwrap();
-        assert_eq!(windows.moving, [(0, 1), (0, 2), (0, 3)]);
-        assert_eq!(windows.spread_moving(9).len(), 3);
-        let mut rng = ChaCha8Rng::seed_from_u64(1);
-        let mut at_rest = |moving: f64| {
-            let moves = |w: &Window<'_>| w.scene.particles.positions[2] != w.targets[1].positions[2];
-            (0..2000).filter(|_| !moves(&windows.draw(moving, &mut rng).1)).count()
-        };
-        assert_eq!(at_rest(1.0), 0);
-        let rare = at_rest(0.5);
-        assert!((300..500).contains(&rare), "2 of 5 windows rest, half of the draws are preferred: {rare} of 2000");
-    }
-
-    #[test]
     fn a_turned_window_is_the_same_seen_from_another_side() {
-        let (episode, tools) = (episode(), tools());
+        let (mut episode, tools) = (episode(), tools());
+        episode.states[1].velocities[2] = DVec3::new(0.3, -0.2, 0.1);
         let straight = Window::of(&episode, 2, 2, &tools["press"]);
         let mut turned = straight.clone();
         turned.turn(0.7);
@@ -243,10 +144,38 @@ mod tests {
             let (a, b) = (turned.targets[1].positions[i], straight.targets[1].positions[i]);
             assert!(place(&turned, a).distance(place(&straight, b)) < 1e-15, "the tool sees the same");
             assert_eq!(a.z, b.z);
+            let gap = |w: &Window<'_>, x: DVec3| w.scene.walls[0].distance(x);
+            assert!((gap(&turned, a) - gap(&straight, b)).abs() < 1e-15, "walls turn as well");
         }
+        let speed = |w: &Window<'_>| w.scene.past[0][2];
+        let back = DQuat::from_rotation_z(-0.7) * speed(&turned);
+        assert!(speed(&straight).length() > 0.0 && back.distance(speed(&straight)) < 1e-15, "the past turns as well");
         turned.turn(-0.7);
         for (a, b) in turned.scene.particles.positions.iter().zip(&straight.scene.particles.positions) {
             assert!(a.distance(*b) < 1e-15);
+        }
+    }
+
+    #[test]
+    fn noise_on_the_past_is_a_step_of_its_own_each_and_changes_nothing_else() {
+        let (mut episode, tools, sigma) = (episode(), tools(), 2e-3);
+        episode.states.iter_mut().for_each(|s| *s = Particles::at_rest(vec![DVec3::ZERO; 4000]));
+        let mut windows = [3, 3].map(|start| Window::of(&episode, start, 2, &tools["press"]));
+        windows[1].scene.past.clear();
+        windows.iter_mut().for_each(|window| window.disturb(sigma, &mut ChaCha8Rng::seed_from_u64(5)));
+        let [remembering, other] = windows;
+        assert_eq!(remembering.scene.particles, other.scene.particles);
+        let past = &remembering.scene.past;
+        assert_eq!(past.len(), 3);
+        let mean = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / (3.0 * 4000.0);
+        for (k, a) in past.iter().enumerate() {
+            let deviation = 0.1 * mean(a, a).sqrt() / sigma;
+            assert!((deviation - 0.5_f64.sqrt()).abs() < 0.03, "{k}: {deviation}");
+            let others = past[..k].iter().chain([&remembering.scene.particles.velocities]);
+            assert!(
+                others.map(|b| (0.01 * mean(a, b) / sigma.powi(2)).abs()).all(|c| c < 0.02),
+                "{k} is no step of its own"
+            );
         }
     }
 

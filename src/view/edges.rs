@@ -12,7 +12,7 @@ pub(super) struct Count {
     frame: usize,
     /// Radius of the neighbourhood \[m\].
     radius: f64,
-    /// Number of edges of each kind that needs no roots.
+    /// Number of edges of each kind that needs no skeleton.
     edges: Vec<usize>,
 }
 
@@ -28,8 +28,9 @@ fn count(recording: &Playback, frame: usize, radius: f64) -> Count {
     let episode = &recording.episode;
     let none = ToolShape::from(Vec::new());
     let (tool, poses) = (recording.shape.as_deref().unwrap_or(&none), episode.poses(frame));
-    let nodes = Nodes::gather(&episode.states[frame], &Arc::default(), tool, poses, poses, episode.interval);
-    let cells = CellList::new(&nodes.positions[..nodes.floor()], radius);
+    let nodes =
+        Nodes::gather(&episode.states[frame], &Arc::default(), &episode.walls, tool, poses, poses, episode.interval);
+    let cells = CellList::new(&nodes.positions[..nodes.tool().end], radius);
     let edges = near_kinds().map(|kind| kind.connect(&nodes, &cells, radius).len()).collect();
     Count { frame, radius, edges }
 }

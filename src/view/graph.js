@@ -79,12 +79,16 @@ const EDGE_KINDS = {
   },
   floor: {
     colour: [0.1, 0.55, 0.3],
-    meaning: "from the floor",
+    meaning: "from the floor and walls",
     connect(particles, samples, radius) {
       const ends = [];
-      for (let i = 0; i < particles.length; i += 3)
-        if (particles[i + 2] < radius)
-          ends.push(particles[i], particles[i + 1], particles[i + 2], particles[i], particles[i + 1], 0);
+      for (let i = 0; i < particles.length; i += 3) {
+        const [x, y, z] = particles.subarray(i, i + 3);
+        for (const [nx, ny, nz, offset] of page.graph.planes) {
+          const distance = nx * x + ny * y + nz * z - offset;
+          if (distance < radius) ends.push(x, y, z, x - distance * nx, y - distance * ny, z - distance * nz);
+        }
+      }
       return { count: ends.length / 6, ends };
     },
   },

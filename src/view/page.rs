@@ -3,7 +3,7 @@ use super::edges::{Count, counts};
 use super::facets::facets;
 use super::{Playback, Prediction};
 use crate::graph::near_kinds;
-use crate::state::{Part, Particles, Pose};
+use crate::state::{Part, Particles, Pose, Wall};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
 use glam::DVec3;
@@ -76,6 +76,8 @@ struct Shape {
 struct Graph {
     /// Names of the edge kinds.
     kinds: Vec<&'static str>,
+    /// The walls and, last, the floor: normal and offset \[m\].
+    planes: Vec<[f64; 4]>,
     /// Radius that the page starts with \[0.1 mm\].
     radius: u32,
     /// For the page to compare its own with.
@@ -128,6 +130,7 @@ impl<'a> Data<'a> {
             tool: Tool { name: &episode.tool, poses: doubles(poses().flat_map(row)), parts },
             graph: Graph {
                 kinds: near_kinds().map(|kind| kind.name()).collect(),
+                planes: episode.walls.iter().chain([&Wall::FLOOR]).map(|wall| wall.to_array()).collect(),
                 radius,
                 counts: counts(recording, f64::from(radius) / 1e4),
             },

@@ -39,7 +39,9 @@ impl Playback {
         }
         let mut episode = Episode::read(path, "")?;
         let Some(origin) = Origin::of(path)? else {
-            return Ok(Self { path: path.to_owned(), episode, shape: None, pieces: Vec::new() });
+            // Without parts there is no shape to know.
+            let shape = episode.start.is_empty().then(|| Arc::new(ToolShape::from(Vec::new())));
+            return Ok(Self { path: path.to_owned(), episode, shape, pieces: Vec::new() });
         };
         let (found, told) = (episode.poses(0).len(), origin.shape.parts.len());
         ensure!(

@@ -1,9 +1,9 @@
 //! The physics engine: its whole state, and one step of it.
-use super::SceneSpec;
 use super::hand::Hand;
 use super::material::{Filling, Material, Matter};
 use super::scale::{GRAVITY, length};
-use crate::state::{Pose, ToolShape};
+use super::{SceneSpec, WallsSpec};
+use crate::state::{Pose, ToolShape, Wall};
 use glam::DVec3;
 use rand_chacha::ChaCha8Rng;
 use rapier3d::prelude::*;
@@ -31,14 +31,11 @@ impl Engine {
             ..IntegrationParameters::default()
         };
         materials.iter().for_each(|material| material.tune(spec, &mut physics.integration_parameters));
-        let mut plane = |normal: Vector, at: Vector| {
+        let walls = spec.walls.iter().flat_map(WallsSpec::planes);
+        for plane in std::iter::once(Wall::FLOOR).chain(walls) {
+            let normal = plane.normal.as_vec3();
             let collider = ColliderBuilder::new(SharedShape::halfspace(normal)).friction(friction);
-            physics.insert(RigidBodyBuilder::fixed().translation(at), collider);
-        };
-        plane(Vector::Z, Vector::ZERO);
-        for (axis, range) in spec.walls.iter().flat_map(|walls| [(Vector::X, walls.x), (Vector::Y, walls.y)]) {
-            plane(axis, axis * length(range[0]));
-            plane(-axis, axis * length(range[1]));
+            physics.insert(RigidBodyBuilder::fixed().translation(normal * length(plane.offset)), collider);
         }
         Self { physics, matter: Vec::new(), hand: Hand::default(), friction }
     }

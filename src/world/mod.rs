@@ -5,7 +5,7 @@
 //! and are pushed by them. A [`World`] belongs to one thread and holds everything that its future depends on, so that its clones
 //! and its [snapshots](World::snapshot) continue bit for bit as it would.
 use crate::shape::farthest_points_from;
-use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape};
+use crate::state::{Control, Particles, Pose, Rollout, Scene, ToolShape, Wall};
 use crate::tool::Motion;
 use anyhow::Context;
 use glam::{DVec2, DVec3};
@@ -60,6 +60,8 @@ pub struct World {
     poses: Vec<Pose>,
     interval: f64,
     steps: usize,
+    /// Walls around the table.
+    walls: Vec<Wall>,
 }
 
 impl World {
@@ -127,7 +129,9 @@ impl World {
         let owners = engine.owners();
         chosen.sort_by_key(|i| owners[*i as usize]);
         let before = chosen.iter().map(|&i| all[i as usize]).collect();
-        Ok(Self { engine, chosen, before, poses: Vec::new(), interval: spec.interval, steps: spec.solver.steps })
+        let walls = spec.walls.as_ref().map(WallsSpec::planes).unwrap_or_default();
+        let (interval, steps) = (spec.interval, spec.solver.steps);
+        Ok(Self { engine, chosen, before, poses: Vec::new(), interval, steps, walls })
     }
 
     /// The particles that models see: positions \[m\], and velocities \[m/s\] as the backward difference over the last control
@@ -169,6 +173,11 @@ impl World {
     /// Volume of the material \[m³\].
     pub fn volume(&self) -> f64 {
         self.engine.volume()
+    }
+
+    /// Walls around the table.
+    pub fn walls(&self) -> &[Wall] {
+        &self.walls
     }
 
     /// Duration of a control step \[s\].
@@ -220,6 +229,9 @@ impl World {
     pub fn scene(&self, tool: &Arc<ToolShape>, start: &[Pose]) -> Scene {
         Scene {
             particles: Particles::at_rest(self.positions()),
+            past: Vec::new(),
+            body: self.pieces().into_iter().map(|piece| piece as u32).collect(),
+            walls: self.walls.clone().into(),
             tool: tool.clone(),
             poses: start.to_vec(),
             interval: self.interval,

@@ -1,14 +1,14 @@
 //! A world as bytes.
 use super::World;
 use super::engine::Engine;
-use crate::state::{Pose, Snapshot};
+use crate::state::{Pose, Snapshot, Wall};
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// First bytes of every snapshot: what it is, and the version of its layout.
-const HEADER: &[u8] = b"pliant world 3\n";
+const HEADER: &[u8] = b"pliant world 4\n";
 /// Length of the digest that follows the header.
 const DIGEST: usize = 32;
 
@@ -20,6 +20,7 @@ struct Saved<'a> {
     poses: &'a [Pose],
     interval: f64,
     steps: u64,
+    walls: &'a [Wall],
 }
 
 #[derive(Deserialize)]
@@ -30,6 +31,7 @@ struct Loaded {
     poses: Vec<Pose>,
     interval: f64,
     steps: u64,
+    walls: Vec<Wall>,
 }
 
 impl World {
@@ -42,6 +44,7 @@ impl World {
             poses: &self.poses,
             interval: self.interval,
             steps: self.steps as u64,
+            walls: &self.walls,
         };
         let body = postcard::to_stdvec(&saved).expect("plain data always has an encoding");
         let digest = Sha256::digest(&body);
@@ -59,8 +62,8 @@ impl World {
         ensure!(Sha256::digest(body).as_slice() == digest, "the snapshot of the world is damaged: take it again");
         let loaded: Loaded = postcard::from_bytes(body)
             .context("the snapshot of the world was written by another version: take it again")?;
-        let Loaded { mut engine, chosen, before, poses, interval, steps } = loaded;
+        let Loaded { mut engine, chosen, before, poses, interval, steps, walls } = loaded;
         engine.refresh();
-        Ok(Self { engine, chosen, before, poses, interval, steps: steps as usize })
+        Ok(Self { engine, chosen, before, poses, interval, steps: steps as usize, walls })
     }
 }

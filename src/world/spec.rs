@@ -1,6 +1,8 @@
 //! What a config says of the world.
 use super::{Material, MaterialSpec, PieceSpec, StartSpec};
+use crate::state::Wall;
 use anyhow::{Context, ensure};
+use glam::DVec3;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,6 +58,16 @@ pub struct SolverSpec {
     /// Gauss–Seidel sweeps a substep.
     #[schemars(range(min = 1, max = 100))]
     pub sweeps: usize,
+}
+
+impl WallsSpec {
+    /// The walls as planes.
+    pub(super) fn planes(&self) -> Vec<Wall> {
+        let pair = |(axis, [low, high]): (DVec3, [f64; 2])| {
+            [Wall { normal: axis, offset: low }, Wall { normal: -axis, offset: -high }]
+        };
+        [(DVec3::X, self.x), (DVec3::Y, self.y)].into_iter().flat_map(pair).collect()
+    }
 }
 
 impl SceneSpec {

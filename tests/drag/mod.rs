@@ -146,8 +146,7 @@ fn cloud() -> Vec<DVec3> {
 }
 
 pub(crate) fn scene(shape: &Arc<ToolShape>, poses: &[Pose]) -> Scene {
-    let particles = Particles::at_rest(cloud());
-    Scene { particles, tool: shape.clone(), poses: poses.to_vec(), interval: 0.1, snapshot: None }
+    Scene::open(Particles::at_rest(cloud()), shape.clone(), poses.to_vec(), 0.1)
 }
 
 pub(crate) fn piece() -> Workpiece {

@@ -74,7 +74,7 @@ impl Bench {
 
     fn view(&self) -> View<'_> {
         let Self { particles, graph, tool, poses, twists } = self;
-        View { particles, graph, tool, poses, twists, interval: 0.1 }
+        View { particles, past: &[], body: &[], walls: &[], graph, tool, poses, twists, interval: 0.1 }
     }
 
     fn accelerations(&self, law: &dyn Law) -> Vec<DVec3> {
@@ -89,6 +89,7 @@ impl Bench {
             particles: ParticlesGrad::zero(self.particles.len()),
             poses: vec![PoseGrad::default(); 2],
             twists: vec![Twist::default(); 2],
+            past: Vec::new(),
             weights: &mut [],
         };
         law.accelerate_vjp(&self.view(), at, &mut grad);

@@ -50,16 +50,9 @@ fn a_rollout_and_its_gradient_are_those_of_the_analytical_model() {
         Control { poses: bench.poses.iter().map(lower).collect() }
     };
     let controls: Vec<Control> = (1..=3).map(down).collect();
-    let scene = Scene {
-        particles: Particles {
-            velocities: bench.particles.velocities.iter().map(|v| 0.05 * *v).collect(),
-            ..bench.particles.clone()
-        },
-        tool: Arc::new(bench.tool.clone()),
-        poses: bench.poses.clone(),
-        interval: 0.1,
-        snapshot: None,
-    };
+    let velocities = bench.particles.velocities.iter().map(|v| 0.05 * *v).collect();
+    let particles = Particles { velocities, ..bench.particles.clone() };
+    let scene = Scene::open(particles, Arc::new(bench.tool.clone()), bench.poses.clone(), 0.1);
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let cost = Mixed((0..4).map(|_| (0..75).map(|_| vector(&mut rng)).collect()).collect());
     let [a, b] = [analytic, formula].map(|spec| {

@@ -2,11 +2,12 @@
 use direction::Direction;
 use drift::Drift;
 use glam::{DQuat, DVec3};
+use memory::Memory;
 use pliant::graph::GraphSpec;
 use pliant::model::law::Law;
-use pliant::model::particles::ParticleModel;
+use pliant::model::particles::{ParticleModel, ParticlesSpec};
 use pliant::model::{Cost, ModelSpec, WorldModel};
-use pliant::state::{Control, Part, Particles, ParticlesGrad, Pose, Scene, Solid, SurfacePoint, ToolShape};
+use pliant::state::{Control, Part, Particles, ParticlesGrad, Pose, Scene, Solid, SurfacePoint, ToolShape, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 
 mod direction;
 mod drift;
+mod memory;
 
 #[derive(Deserialize)]
 struct Contender {
@@ -24,11 +26,16 @@ fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
     2.0 * DVec3::from_array(rng.random::<[f64; 3]>()) - 1.0
 }
 
-fn analytic_laws() -> Vec<Box<dyn Law>> {
+fn analytic_spec() -> ParticlesSpec {
     let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/model/analytic.toml")).unwrap();
-    let ModelSpec::Particles(spec) = toml_edit::de::from_str::<Contender>(&text).unwrap().dynamics else {
-        panic!("the analytical model is a particle model");
-    };
+    match toml_edit::de::from_str::<Contender>(&text).unwrap().dynamics {
+        ModelSpec::Particles(spec) => spec,
+        _ => panic!("the analytical model is a particle model"),
+    }
+}
+
+fn analytic_laws() -> Vec<Box<dyn Law>> {
+    let spec = analytic_spec();
     spec.laws.into_iter().map(|law| law.build().unwrap()).collect()
 }
 
@@ -92,20 +99,24 @@ fn problem(rng: &mut ChaCha8Rng) -> (Scene, Vec<Control>, Mixed) {
         ]
     };
     let controls = (1..=STEPS).map(|t| Control { poses: poses(t as f64 / STEPS as f64) }).collect();
-    let scene = Scene {
-        particles: Particles { positions, velocities },
-        tool: Arc::new(tool),
-        poses: poses(0.0),
-        interval: 0.1,
-        snapshot: None,
-    };
+    let scene = Scene::open(Particles { positions, velocities }, Arc::new(tool), poses(0.0), 0.1);
     let cost = Mixed((0..=STEPS).map(|_| (0..48).map(|_| [vector(rng), vector(rng)]).collect()).collect());
     (scene, controls, cost)
 }
 
-fn check(model: &dyn WorldModel, name: &str) {
+/// What the scene is besides one body on an open table.
+type Change = fn(&mut Scene);
+
+/// The middle layer is a body of its own, and a wall leans on the lump.
+fn beside_a_wall(scene: &mut Scene) {
+    scene.body = (0..48).map(|i| u32::from(i / 16 == 1)).collect();
+    scene.walls = [Wall { normal: DVec3::new(-0.8, 0.0, 0.6), offset: -0.01 }].into();
+}
+
+fn check(model: &dyn WorldModel, name: &str, change: Change) {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let problem = problem(&mut rng);
+    let mut problem = problem(&mut rng);
+    change(&mut problem.0);
     let gradient = model.gradient(&problem.0, &problem.1, &problem.2).expect("a particle model has an adjoint");
     let apart = Direction::random(&mut rng, 0.0, 0.0, 0.0).cost(model, &problem, 0.0);
     assert!((gradient.cost - apart).abs() <= 1e-12 * apart.abs(), "the sweep's cost is the rollout's");
@@ -134,12 +145,56 @@ fn check(model: &dyn WorldModel, name: &str) {
 
 #[test]
 fn the_analytical_gradient_agrees_with_central_differences() {
-    check(&analytic(), "analytic");
+    check(&analytic(), "analytic", |_| ());
+}
+
+#[test]
+fn the_gradient_through_a_rigid_body_and_beside_a_wall_agrees_with_central_differences() {
+    let model = |rigid: Vec<u32>| ModelSpec::Particles(ParticlesSpec { rigid, ..analytic_spec() }).build().unwrap();
+    check(&*model(vec![1]), "rigid", beside_a_wall);
+    let mut problem = problem(&mut ChaCha8Rng::seed_from_u64(7));
+    let end = |scene: &Scene, rigid| model(rigid).rollout(scene, &problem.1)[STEPS].positions.clone();
+    let open = end(&problem.0, vec![]);
+    beside_a_wall(&mut problem.0);
+    let [loose, bound] = [vec![], vec![1]].map(|rigid| end(&problem.0, rigid));
+    let apart = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+    assert!(apart(&open, &loose) > 1e-4, "the wall does nothing");
+    assert!(apart(&loose, &bound) > 1e-4, "the body is as loose as the rest");
 }
 
 #[test]
 fn a_hybrid_gradient_agrees_with_central_differences() {
-    check(&hybrid(), "hybrid");
+    check(&hybrid(), "hybrid", |_| ());
+}
+
+#[test]
+fn the_gradient_through_the_past_agrees_with_central_differences() {
+    let graph: GraphSpec = toml_edit::de::from_str("kind = \"radius\"\nradius = 0.02\nedges = [\"particle\"]").unwrap();
+    let mut laws = analytic_laws();
+    laws.push(Box::new(Memory(vec![-9.0, 4.0, 6.0])));
+    let model = ParticleModel::new(40, 0.5, Some(graph.build().unwrap()), laws).unwrap();
+    check(&model, "memory", |_| ());
+    // Two particles apart: every velocity follows from those of the steps before, and of the scene's past.
+    let far = vec![Pose { translation: DVec3::Z * 9.0, ..Pose::default() }];
+    let tool = Arc::new(ToolShape::from(vec![Part {
+        solid: Solid::Cuboid { half: DVec3::splat(0.01) },
+        surface: Vec::new(),
+    }]));
+    let particles = Particles { positions: vec![DVec3::Z, DVec3::Z * 2.0], velocities: vec![DVec3::X, DVec3::Y] };
+    let mut scene = Scene::open(particles, tool, far.clone(), 0.1);
+    scene.past = vec![vec![DVec3::Y, DVec3::Z]];
+    let graph: GraphSpec = toml_edit::de::from_str("kind = \"radius\"\nradius = 0.02\nedges = [\"particle\"]").unwrap();
+    let model =
+        ParticleModel::new(1, 1.0, Some(graph.build().unwrap()), vec![Box::new(Memory(vec![2.0, 3.0]))]).unwrap();
+    let rollout = model.rollout(&scene, &vec![Control { poses: far }; 3]);
+    for i in 0..2 {
+        let mut v = [[DVec3::ZERO, DVec3::Y, DVec3::X], [DVec3::ZERO, DVec3::Z, DVec3::Y]][i].to_vec();
+        for (t, state) in rollout.iter().enumerate().skip(1) {
+            let n = v.len();
+            v.push(v[n - 1] + 0.1 * (2.0 * v[n - 2] + 3.0 * v[n - 3]));
+            assert!(state.velocities[i].distance(v[n]) < 1e-14, "step {t}");
+        }
+    }
 }
 
 #[test]

@@ -36,6 +36,28 @@ fn derivatives_agree_with_central_differences_where_messages_are_averaged() {
     derivatives_agree_with_central_differences(&law, &Moment::random(40));
 }
 
+#[test]
+fn derivatives_agree_with_central_differences_between_walls_and_bodies_with_a_memory() {
+    let here = Moment::random(40).walled().remembering(2);
+    for frame in [FrameSpec::World, FrameSpec::Tool] {
+        let law = shake(LearnedSpec { frame, bodies: 2, history: 3, ..spec(16) });
+        let alone = Moment { walls: Vec::new(), ..here.clone() }.acceleration(&law);
+        assert!(here.acceleration(&law).iter().zip(&alone).filter(|(a, b)| a != b).count() > 20, "walls matter");
+        let alike = Moment { body: vec![0; 40], ..here.clone() }.acceleration(&law);
+        assert!(here.acceleration(&law).iter().zip(&alike).all(|(a, b)| a != b), "bodies matter");
+        derivatives_agree_with_central_differences(&law, &here);
+    }
+}
+
+#[test]
+fn derivatives_agree_with_central_differences_along_bonds_of_any_length() {
+    let law = shake(LearnedSpec { edges: [kinds(3), vec!["bond".to_owned()]].concat(), ..spec(16) });
+    let here = Moment::random(40).bonded();
+    let free = Moment::random(40).acceleration(&law);
+    assert!(here.acceleration(&law).iter().zip(&free).all(|(a, b)| a != b), "bonds matter");
+    derivatives_agree_with_central_differences(&law, &here);
+}
+
 fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     let at = cotangent(40);
     let cost = |law: &Learned, m: &Moment| -> f64 { m.acceleration(law).iter().zip(&at).map(|(a, g)| a.dot(*g)).sum() };
@@ -43,6 +65,7 @@ fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     let mut weights = vec![0.0; law.weights().len()];
     let mut grad = ViewGrad {
         particles: ParticlesGrad::zero(40),
+        past: vec![vec![DVec3::ZERO; 40]; here.past.len()],
         poses: vec![PoseGrad::default(); 2],
         twists: vec![Twist::default(); 2],
         weights: &mut weights,
@@ -80,10 +103,21 @@ fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
     });
     close("velocities", &exact(&grad.particles.velocities, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.1);
 
+    for (k, at) in grad.past.iter().enumerate() {
+        let found = directions.iter().map(|d| {
+            along(3e-2, |s| {
+                let mut m = here.clone();
+                m.past[k] = moved(&m.past[k], d, s * SCALE / INTERVAL);
+                cost(law, &m)
+            })
+        });
+        close("past", &exact(at, SCALE / INTERVAL), &found.collect::<Vec<_>>(), 0.01);
+    }
+
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let tool_motions: [(&str, f64, f64, Nudge); 4] = [
-        ("translation", RADIUS, 2e-3, |m, k, d| m.poses[k].translation += d),
-        ("rotation", 1.0, 2e-3, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
+        ("translation", RADIUS, 3e-3, |m, k, d| m.poses[k].translation += d),
+        ("rotation", 1.0, 3e-3, |m, k, d| m.poses[k].rotation = DQuat::from_scaled_axis(d) * m.poses[k].rotation),
         ("linear", SCALE / INTERVAL, 3e-2, |m, k, d| m.twists[k].linear += d),
         ("angular", SCALE / INTERVAL / 0.02, 3e-2, |m, k, d| m.twists[k].angular += d),
     ];
@@ -175,15 +209,17 @@ fn threads_share_a_law_and_an_untrained_one_is_zero() {
 
 #[test]
 fn in_the_frame_of_the_tool_a_turn_of_the_scene_turns_the_accelerations() {
-    let here = Moment::random(40);
+    let here = Moment::random(40).walled().remembering(1);
     let mut there = here.clone();
     let turn = DQuat::from_rotation_z(1.1);
-    let Moment { particles, poses, twists, .. } = &mut there;
+    let Moment { particles, past, poses, twists, walls, .. } = &mut there;
+    past.iter_mut().flatten().for_each(|v| *v = turn * *v);
+    walls.iter_mut().for_each(|wall| wall.normal = turn * wall.normal);
     particles.positions.iter_mut().chain(&mut particles.velocities).for_each(|v| *v = turn * *v);
     poses.iter_mut().for_each(|p| *p = Pose { translation: turn * p.translation, rotation: turn * p.rotation });
     twists.iter_mut().for_each(|t| *t = Twist { linear: turn * t.linear, angular: turn * t.angular });
     let error = |frame| {
-        let law = shaken(frame);
+        let law = shake(LearnedSpec { frame, history: 2, ..spec(16) });
         let (before, after) = (here.acceleration(&law), there.acceleration(&law));
         let size = before.iter().map(|a| a.length()).fold(0.0, f64::max);
         before.iter().zip(&after).map(|(a, b)| (turn * *a).distance(*b)).fold(0.0, f64::max) / size

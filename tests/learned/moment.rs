@@ -1,9 +1,9 @@
 //! Particles, a tool and roots at one moment, and laws to ask about it.
 use glam::{DQuat, DVec3};
-use pliant::graph::{EDGE_KINDS, Graph, GraphSpec, Nodes, Roots};
+use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, Skeleton};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
 use pliant::model::net::{Aggregation, Sharing};
-use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist};
+use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -16,10 +16,13 @@ pub(crate) const SCALE: f64 = 0.004;
 #[derive(Clone)]
 pub(crate) struct Moment {
     pub(crate) particles: Particles,
+    pub(crate) past: Vec<Vec<DVec3>>,
+    pub(crate) body: Vec<u32>,
+    pub(crate) walls: Vec<Wall>,
     pub(crate) tool: ToolShape,
     pub(crate) poses: Vec<Pose>,
     pub(crate) twists: Vec<Twist>,
-    pub(crate) roots: Arc<Roots>,
+    pub(crate) skeleton: Arc<Skeleton>,
 }
 
 pub(crate) fn vector(rng: &mut ChaCha8Rng, size: f64) -> DVec3 {
@@ -46,29 +49,72 @@ impl Moment {
             |s: f64| Twist { linear: DVec3::new(0.02, -0.03 * s, 0.01), angular: DVec3::new(1.0, 0.5, -0.7 * s) };
         Self {
             particles: Particles { positions, velocities },
+            past: Vec::new(),
+            body: vec![0; count],
+            walls: Vec::new(),
             tool,
             poses: vec![pose(1.0), pose(-1.0)],
             twists: vec![twist(1.0), twist(-1.0)],
-            roots: Arc::default(),
+            skeleton: Arc::default(),
         }
     }
 
     /// The same under roots, `counts` of them from level to level.
     pub(crate) fn rooted(self, counts: &[usize]) -> Self {
-        Self { roots: Arc::new(Roots::over(&self.particles.positions, counts)), ..self }
+        let all = (0..self.particles.len() as u32).collect();
+        let roots = Roots::over(&self.particles.positions, &[all], counts);
+        Self { skeleton: Arc::new(Skeleton { roots, ..Skeleton::default() }), ..self }
+    }
+
+    /// The same with every particle bonded to a few others wherever they are.
+    pub(crate) fn bonded(self) -> Self {
+        let count = self.particles.len() as u32;
+        let senders = (0..count).flat_map(|i| [(i + 7) % count, (i + 11) % count]).collect();
+        let bonds = EdgeSet { offsets: (0..=count).map(|i| 2 * i).collect(), senders };
+        Self { skeleton: Arc::new(Skeleton { bonds, ..Skeleton::default() }), ..self }
+    }
+
+    /// The same with `count` velocities of the past.
+    pub(crate) fn remembering(self, count: usize) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(16);
+        let mut rows = || self.particles.velocities.iter().map(|v| *v + vector(&mut rng, 0.02)).collect();
+        Self { past: (0..count).map(|_| rows()).collect(), ..self }
+    }
+
+    /// The same between two walls, every third particle of another body.
+    pub(crate) fn walled(self) -> Self {
+        let wall = |normal: DVec3, offset| Wall { normal: normal.normalize(), offset };
+        let walls = vec![wall(DVec3::new(1.0, 0.4, 0.2), -0.024), wall(DVec3::new(-0.3, -1.0, 0.0), -0.02)];
+        Self { walls, body: (0..self.particles.len()).map(|i| u32::from(i % 3 == 0)).collect(), ..self }
     }
 
     /// A graph that reaches beyond the law, drawn anew wherever things stand.
     pub(crate) fn graph(&self) -> Graph {
-        let spec =
-            json!({ "kind": "hierarchy", "radius": 1.2 * RADIUS, "edges": kinds(EDGE_KINDS.len()), "roots": [] });
+        let policy = if self.skeleton.bonds.is_empty() { "hierarchy" } else { "fixed" };
+        let own = EDGE_KINDS.iter().filter(|kind| kind.needs().is_none_or(|needs| needs == policy));
+        let edges: Vec<&str> = own.map(|kind| kind.name()).collect();
+        let mut spec = json!({ "kind": policy, "radius": 1.2 * RADIUS, "edges": edges });
+        if policy == "hierarchy" {
+            spec["roots"] = json!([]);
+        }
         let policy = serde_json::from_value::<GraphSpec>(spec).unwrap().build().unwrap();
-        policy.connect(Nodes::gather(&self.particles, &self.roots, &self.tool, &self.poses, &self.poses, INTERVAL))
+        policy.connect(Nodes::gather(
+            &self.particles,
+            &self.skeleton,
+            &self.walls,
+            &self.tool,
+            &self.poses,
+            &self.poses,
+            INTERVAL,
+        ))
     }
 
     pub(crate) fn view<'a>(&'a self, graph: &'a Graph) -> View<'a> {
         View {
             particles: &self.particles,
+            past: &self.past,
+            body: &self.body,
+            walls: &self.walls,
             graph,
             tool: &self.tool,
             poses: &self.poses,
@@ -96,6 +142,8 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         rounds: 2,
         sharing: Sharing::Shared,
         aggregation: Aggregation::Sum,
+        history: 1,
+        bodies: 1,
         edges: kinds(3),
         radius: RADIUS,
         scale: SCALE,

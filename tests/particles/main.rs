@@ -13,6 +13,7 @@ use std::sync::Arc;
 mod dough;
 mod integrator;
 mod motion;
+mod rigid;
 mod spec;
 
 #[derive(Deserialize)]
@@ -71,7 +72,7 @@ fn at(z: f64) -> Pose {
 
 /// Particles under one part at these start poses.
 fn scene(particles: Particles, parts: Vec<Part>, poses: Vec<Pose>) -> Scene {
-    Scene { particles, tool: Arc::new(ToolShape::from(parts)), poses, interval: 0.1, snapshot: None }
+    Scene::open(particles, Arc::new(ToolShape::from(parts)), poses, 0.1)
 }
 
 /// Particles far from any tool, and `steps` controls that leave it there.

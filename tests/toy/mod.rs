@@ -141,13 +141,7 @@ pub(crate) fn episodes(model: &Toy, count: usize, steps: usize, seed: u64) -> Ve
             let pose = |s: f64| Pose { translation: from.lerp(to, s), ..Pose::default() };
             let controls: Vec<Control> =
                 (1..=steps).map(|t| Control { poses: vec![pose(t as f64 / steps as f64)] }).collect();
-            let scene = Scene {
-                particles: Particles::at_rest(positions),
-                tool: shape(),
-                poses: vec![pose(0.0)],
-                interval: INTERVAL,
-                snapshot: None,
-            };
+            let scene = Scene::open(Particles::at_rest(positions), shape(), vec![pose(0.0)], INTERVAL);
             Episode {
                 tool: "pusher".to_owned(),
                 theta: Vec::new(),
@@ -155,7 +149,8 @@ pub(crate) fn episodes(model: &Toy, count: usize, steps: usize, seed: u64) -> Ve
                 start: scene.poses.clone(),
                 states: model.rollout(&scene, &controls),
                 controls,
-                body: vec![0; 12],
+                body: [0; 12].into(),
+                walls: [].into(),
             }
         })
         .collect()

@@ -2,7 +2,7 @@
 use super::super::arrays::Arrays;
 use super::super::episode::states;
 use super::{Episode, NO_TOOL, Part, Recording};
-use crate::state::Control;
+use crate::state::{Control, Wall};
 use anyhow::ensure;
 use glam::DVec3;
 use std::path::Path;
@@ -11,11 +11,20 @@ use std::path::Path;
 /// rigid cube, the rest is fluid. Names that begin with `train` are to learn from.
 ///
 /// A point (x, y, z) becomes (x, −z, y): a quarter turn about x, so that no handedness changes. Particles are given by their
-/// centres, which rest about a centimetre above the floor; some start up to 5 mm below it and are pushed out at once.
+/// centres, which rest about a centimetre above the floor; some start up to 5 mm below it and are pushed out at once. In the same way
+/// they keep a centimetre from four walls around 1.25 m times 0.4 m, of which the files say nothing.
 pub(super) struct Boxbath;
 
 /// Particles of the cube.
 const CUBE: usize = 64;
+
+/// Around everything that any frame of the recordings shows, and as far from it as the floor is.
+const WALLS: [Wall; 4] = [
+    Wall { normal: DVec3::X, offset: 0.0 },
+    Wall { normal: DVec3::NEG_X, offset: -1.25 },
+    Wall { normal: DVec3::Y, offset: -0.4 },
+    Wall { normal: DVec3::NEG_Y, offset: 0.0 },
+];
 
 /// Time between frames \[s\].
 const INTERVAL: f64 = 1.0 / 60.0;
@@ -49,6 +58,7 @@ impl Recording for Boxbath {
             controls: vec![Control::default(); frames.len() - 1],
             states: states(frames, INTERVAL),
             body: (0..count).map(|i| u32::from(i < CUBE)).collect(),
+            walls: WALLS.into(),
         })
     }
 

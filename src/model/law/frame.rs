@@ -1,6 +1,6 @@
 //! The axes in which a network sees a scene: the world's, or ones that turn with the tool about the vertical.
 use super::{View, ViewGrad};
-use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Twist};
+use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Twist, Wall};
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,8 @@ pub(super) struct Frame {
 /// What a view holds, as the frame's axes show it.
 pub(super) struct Seen {
     pub(super) particles: Particles,
+    pub(super) past: Vec<Vec<DVec3>>,
+    pub(super) walls: Vec<Wall>,
     pub(super) poses: Vec<Pose>,
     pub(super) twists: Vec<Twist>,
 }
@@ -58,7 +60,7 @@ impl Frame {
 
     /// The view's particles and tool in the frame.
     pub(super) fn see(&self, view: &View<'_>) -> Seen {
-        let all = |list: &[DVec3]| list.iter().map(|v| self.enter(*v)).collect();
+        let all = |list: &[DVec3]| list.iter().map(|v| self.enter(*v)).collect::<Vec<_>>();
         let pose = |p: &Pose| Pose {
             translation: self.enter(p.translation),
             rotation: (self.turn.inverse() * p.rotation).normalize(),
@@ -69,12 +71,15 @@ impl Frame {
                 positions: all(&view.particles.positions),
                 velocities: all(&view.particles.velocities),
             },
+            past: view.past.iter().map(|velocities| all(velocities)).collect(),
+            walls: view.walls.iter().map(|wall| Wall { normal: self.enter(wall.normal), ..*wall }).collect(),
             poses: view.poses.iter().map(pose).collect(),
             twists: view.twists.iter().map(twist).collect(),
         }
     }
 
-    /// Adds to `grad` what `inner`, the gradient in the frame, is in the world, and what follows from the frame's own turn.
+    /// Adds to `grad` what `inner`, the gradient in the frame, is in the world, and what follows from the frame's own turn; `normals`
+    /// is the gradient by the walls' normals in the frame.
     ///
     /// With output a, its cotangent ā and every input x with gradient x̄, all in the world:
     /// `∂J/∂ψ = Σ ā·(ẑ × a) − Σ x̄·(ẑ × x)`, where a rotation's tangent counts as `r̄·ẑ`.
@@ -84,6 +89,7 @@ impl Frame {
         output: &[DVec3],
         at: &[DVec3],
         inner: &ViewGrad<'_>,
+        normals: &[DVec3],
         grad: &mut ViewGrad<'_>,
     ) {
         let spin = |x: &DVec3, g: DVec3| g.dot(DVec3::Z.cross(*x));
@@ -97,6 +103,14 @@ impl Frame {
         for (i, (x, v)) in view.particles.positions.iter().zip(&view.particles.velocities).enumerate() {
             grad.particles.positions[i] += back(x, &positions[i]);
             grad.particles.velocities[i] += back(v, &velocities[i]);
+        }
+        for ((velocities, inner), own) in view.past.iter().zip(&inner.past).zip(&mut grad.past) {
+            for ((v, g), own) in velocities.iter().zip(inner).zip(own) {
+                *own += back(v, g);
+            }
+        }
+        for (wall, normal) in view.walls.iter().zip(normals) {
+            back(&wall.normal, normal);
         }
         for (k, (pose, twist)) in view.poses.iter().zip(view.twists).enumerate() {
             grad.poses[k].translation += back(&pose.translation, &inner.poses[k].translation);

@@ -3,7 +3,7 @@ use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
 use crate::graph::kinds_named;
 use crate::model::net::{Aggregation, Architecture, Features, Network, Sharing};
-use crate::state::{ParticlesGrad, PoseGrad, Twist};
+use crate::state::{MEMORY, ParticlesGrad, PoseGrad, Scene, Twist};
 use anyhow::ensure;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -26,6 +26,14 @@ pub struct LearnedSpec {
     /// How the messages that a node receives become one.
     #[serde(default)]
     pub aggregation: Aggregation,
+    /// Number of velocities of each particle that the network sees: the present one, and those of the control steps before.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 9))]
+    pub history: usize,
+    /// Number of bodies that the network tells apart by their numbers; with 1 all are alike to it.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 64))]
+    pub bodies: usize,
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
@@ -52,6 +60,9 @@ impl LearnedSpec {
     pub fn build(self) -> anyhow::Result<Learned> {
         ensure!((1..=1024).contains(&self.width), "width must be between 1 and 1024, got {}", self.width);
         ensure!((1..=16).contains(&self.rounds), "rounds must be between 1 and 16, got {}", self.rounds);
+        let history = 1..=1 + MEMORY;
+        ensure!(history.contains(&self.history), "history must be between 1 and {}, got {}", 1 + MEMORY, self.history);
+        ensure!((1..=64).contains(&self.bodies), "bodies must be between 1 and 64, got {}", self.bodies);
         for (key, value) in [("radius", self.radius), ("scale", self.scale)] {
             ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
         }
@@ -59,12 +70,21 @@ impl LearnedSpec {
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
         }
-        let Self { width, rounds, sharing, aggregation, edges, radius, scale, frame, seed, weights } = self;
-        let mut network = Network::new(Architecture { width, rounds, sharing, aggregation, edges }, seed);
-        if let Some(path) = &weights {
+        let architecture = Architecture {
+            width: self.width,
+            rounds: self.rounds,
+            sharing: self.sharing,
+            aggregation: self.aggregation,
+            history: self.history,
+            bodies: self.bodies,
+            edges: self.edges,
+        };
+        let mut network = Network::new(architecture, self.seed);
+        if let Some(path) = &self.weights {
             network.load(path)?;
         }
-        Ok(Learned { network, features: Features { kinds, radius, scale }, frame })
+        let Self { history, bodies, radius, scale, .. } = self;
+        Ok(Learned { network, features: Features { kinds, history, bodies, radius, scale }, frame: self.frame })
     }
 }
 
@@ -88,6 +108,20 @@ impl Learned {
 impl Law for Learned {
     fn rate(&self) -> Rate {
         Rate::Step
+    }
+
+    fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
+        let (told, last) = (self.features.bodies, scene.body.iter().max().map_or(0, |number| *number as usize));
+        ensure!(
+            told == 1 || last < told,
+            "the scene's bodies are numbered up to {last}, but the network tells {told} apart; set `bodies` of the learned law to {}",
+            last + 1
+        );
+        Ok(())
+    }
+
+    fn memory(&self) -> usize {
+        self.features.history - 1
     }
 
     fn reach(&self) -> f64 {
@@ -117,13 +151,14 @@ impl Law for Learned {
         let (output, at_input) = self.network.pull(input, &at_output, grad.weights);
         let mut inner = ViewGrad {
             particles: ParticlesGrad::zero(view.particles.len()),
+            past: vec![vec![DVec3::ZERO; view.particles.len()]; view.past.len()],
             poses: vec![PoseGrad::default(); view.poses.len()],
             twists: vec![Twist::default(); view.twists.len()],
             weights: &mut [],
         };
-        self.features.pull(&inside, &links, &at_input, &mut inner);
+        let normals = self.features.pull(&inside, &links, &at_input, &mut inner);
         let output: Vec<DVec3> = output.chunks_exact(3).map(|row| frame.leave(unit * vector(row))).collect();
-        frame.pull(view, &output, out, &inner, grad);
+        frame.pull(view, &output, out, &inner, &normals, grad);
     }
 
     fn weights(&self) -> Vec<f32> {
@@ -141,8 +176,16 @@ impl Law for Learned {
 
 /// The same view with particles and tool as `seen` in a frame; which nodes an edge joins does not depend on axes.
 fn within<'a>(view: &View<'a>, seen: &'a Seen) -> View<'a> {
-    let Seen { particles, poses, twists } = seen;
-    View { particles, poses, twists, graph: view.graph, tool: view.tool, interval: view.interval }
+    let Seen { particles, past, walls, poses, twists } = seen;
+    View { particles, past, walls, poses, twists, ..*view }
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(count: &usize) -> bool {
+    *count == one()
 }
 
 fn vector(row: &[f32]) -> DVec3 {

@@ -1,6 +1,6 @@
 //! Laws: whatever accelerates a particle. Written or learned, they look the same, and a hybrid is a list of both.
 use crate::graph::Graph;
-use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Twist};
+use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist, Wall};
 use glam::DVec3;
 use std::path::Path;
 
@@ -23,6 +23,12 @@ pub use learned::{Learned, LearnedSpec};
 pub struct View<'a> {
     /// Particles now.
     pub particles: &'a Particles,
+    /// Velocities one, two … control steps before \[m/s\], N rows each: at least as many as [`Law::memory`] asks for.
+    pub past: &'a [Vec<DVec3>],
+    /// Number of the body that each particle belongs to.
+    pub body: &'a [u32],
+    /// Walls around the table.
+    pub walls: &'a [Wall],
     /// Their graph. For a law of [`Rate::Step`], what the model's policy drew. For a law of [`Rate::Substep`], only a half list
     /// of particle pairs, each once with receiver < sender, that holds at least all pairs within [`Law::reach`]; no nodes.
     pub graph: &'a Graph,
@@ -40,6 +46,8 @@ pub struct View<'a> {
 pub struct ViewGrad<'a> {
     /// Particles' part.
     pub particles: ParticlesGrad,
+    /// The past's part, as many as the model remembers.
+    pub past: Vec<Vec<DVec3>>,
     /// Poses' part.
     pub poses: Vec<PoseGrad>,
     /// Twists' part.
@@ -62,6 +70,17 @@ pub trait Law: Send + Sync {
     /// How often to ask.
     fn rate(&self) -> Rate {
         Rate::Substep
+    }
+    /// Whether this law can be asked about what starts from `scene`; called before any rollout.
+    ///
+    /// # Errors
+    /// A sentence saying what does not suit the law.
+    fn accepts(&self, _: &Scene) -> anyhow::Result<()> {
+        Ok(())
+    }
+    /// Number of velocities before the present one that it looks at.
+    fn memory(&self) -> usize {
+        0
     }
     /// Distance beyond which no particle acts on another \[m\].
     fn reach(&self) -> f64 {

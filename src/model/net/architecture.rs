@@ -29,8 +29,28 @@ pub struct Architecture {
     /// How messages become one.
     #[serde(default)]
     pub aggregation: Aggregation,
+    /// Number of velocities of a particle that are seen.
+    #[serde(default = "one")]
+    pub history: usize,
+    /// Number of bodies told apart; with 1 all are alike.
+    #[serde(default = "one")]
+    pub bodies: usize,
     /// Names of the edge kinds that have an edge network, in order.
     pub edges: Vec<String>,
+}
+
+/// Numbers a node where so many velocities are seen and so many bodies told apart.
+pub(super) fn node_features(history: usize, bodies: usize) -> usize {
+    NODE_FEATURES + told_apart(bodies) + 3 * (history - 1)
+}
+
+/// Numbers of a node that say which of `bodies` it belongs to: none where there is nothing to tell apart.
+pub(super) fn told_apart(bodies: usize) -> usize {
+    if bodies > 1 { bodies } else { 0 }
+}
+
+fn one() -> usize {
+    1
 }
 
 /// One weight matrix (a bias is a matrix of one row).
@@ -77,7 +97,7 @@ impl Architecture {
     pub(super) fn layout(&self) -> Layout {
         let w = self.width;
         let mut slots = Slots(Vec::new());
-        let encoder = slots.perceptron("node", NODE_FEATURES, w, w, 1.0);
+        let encoder = slots.perceptron("node", self.node_features(), w, w, 1.0);
         let sets = match self.sharing {
             Sharing::Shared => 1,
             Sharing::PerRound => self.rounds,
@@ -101,6 +121,11 @@ impl Architecture {
         let rounds = (0..sets).map(round).collect();
         let decoder = slots.perceptron("decoder", w, w, 3, 0.0);
         Layout { slots: slots.0, encoder, rounds, decoder }
+    }
+
+    /// Numbers a node.
+    pub fn node_features(&self) -> usize {
+        node_features(self.history, self.bodies)
     }
 
     /// Number of weights.

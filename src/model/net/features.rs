@@ -1,8 +1,9 @@
 //! From a scene to numbers and back: the features of nodes and edges, and their pullback to particles, poses and twists.
+use super::architecture::{node_features, told_apart};
 use super::input::{EDGE_FEATURES, Edges, Input, InputGrad, Links, NODE_FEATURES};
 use crate::graph::{EDGE_KINDS, Window};
 use crate::model::law::{View, ViewGrad};
-use crate::state::{Pose, SurfacePoint, Twist};
+use crate::state::{Pose, SurfacePoint, Twist, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -11,6 +12,10 @@ use std::sync::Arc;
 pub(crate) struct Features {
     /// Places in [`crate::graph::EDGE_KINDS`] of the kinds with an edge network, in the network's order.
     pub(crate) kinds: Vec<usize>,
+    /// Number of velocities of a particle that are seen.
+    pub(crate) history: usize,
+    /// Number of bodies told apart.
+    pub(crate) bodies: usize,
     /// Radius R at which a message has faded to zero \[m\].
     pub(crate) radius: f64,
     /// Displacement that counts as one \[m\].
@@ -19,6 +24,8 @@ pub(crate) struct Features {
 
 /// Position, velocity and normal of every node, or the derivatives with respect to them.
 struct Nodes {
+    /// The walls and, last, the floor.
+    planes: Vec<Wall>,
     positions: Vec<DVec3>,
     velocities: Vec<DVec3>,
     normals: Vec<DVec3>,
@@ -27,8 +34,9 @@ struct Nodes {
 impl Nodes {
     /// Rows as in [`crate::graph::Nodes`]. With `u = R s` for the sample s: `p = u + t`, `v = linear + angular × u`, `n = R n₀`.
     fn of(view: &View<'_>) -> Self {
-        let roots = &view.graph.nodes.roots;
+        let roots = view.graph.nodes.roots();
         let mut nodes = Self {
+            planes: view.walls.iter().copied().chain([Wall::FLOOR]).collect(),
             positions: roots.with_means(&view.particles.positions),
             velocities: roots.with_means(&view.particles.velocities),
             normals: vec![DVec3::ZERO; view.particles.len() + roots.len()],
@@ -39,21 +47,47 @@ impl Nodes {
             nodes.velocities.push(twist.linear + twist.angular.cross(arm));
             nodes.normals.push(pose.rotation * point.normal);
         }
-        nodes.positions.push(DVec3::ZERO);
-        nodes.velocities.push(DVec3::ZERO);
-        nodes.normals.push(DVec3::Z);
+        nodes.normals.extend(nodes.planes.iter().map(|plane| plane.normal));
+        let count = nodes.normals.len();
+        nodes.positions.resize(count, DVec3::ZERO);
+        nodes.velocities.resize(count, DVec3::ZERO);
         nodes
     }
 
-    fn zero(count: usize) -> Self {
-        let zero = || vec![DVec3::ZERO; count];
-        Self { positions: zero(), velocities: zero(), normals: zero() }
+    /// Zero for every row of this.
+    fn zero(&self) -> Self {
+        let zero = || vec![DVec3::ZERO; self.positions.len()];
+        Self { planes: Vec::new(), positions: zero(), velocities: zero(), normals: zero() }
     }
 
-    /// `xᵢ − xⱼ`, the floor's place being the receiver's projection on z = 0.
+    /// Row of the first plane.
+    fn first_plane(&self) -> usize {
+        self.positions.len() - self.planes.len()
+    }
+
+    /// `xᵢ − xⱼ`, a plane's place being the receiver's projection on it.
     fn offset(&self, i: usize, j: usize) -> DVec3 {
-        let to = self.positions[i];
-        if j + 1 == self.positions.len() { DVec3::new(0.0, 0.0, to.z) } else { to - self.positions[j] }
+        match j.checked_sub(self.first_plane()) {
+            Some(plane) => self.planes[plane].offset_to(self.positions[i]),
+            None => self.positions[i] - self.positions[j],
+        }
+    }
+
+    /// Adds to `at` what follows from `∂J/∂offset` of the edge from row j to row i; for a plane at `n·x = d` the offset is
+    /// `(n·xᵢ − d) n`.
+    fn pull_offset(&self, (i, j): (usize, usize), back: DVec3, at: &mut Self) {
+        match j.checked_sub(self.first_plane()) {
+            Some(plane) => {
+                let plane = &self.planes[plane];
+                let along = plane.normal.dot(back);
+                at.positions[i] += along * plane.normal;
+                at.normals[j] += plane.distance(self.positions[i]) * back + along * self.positions[i];
+            }
+            None => {
+                at.positions[i] += back;
+                at.positions[j] -= back;
+            }
+        }
     }
 }
 
@@ -93,19 +127,9 @@ impl Reach {
         }
     }
 
-    /// Adds to `at` what follows from `∂J/∂features` g and `∂J/∂window` of the edge from row j to row i.
-    fn pull_edge(&self, (i, j): (usize, usize), g: &[f32], at_window: f32, per_speed: f64, at: &mut Nodes) {
-        let back = self.pull(read(&g[..3]) + f64::from(g[3]) * self.offset.normalize_or_zero(), at_window.into());
-        if j + 1 == at.positions.len() {
-            at.positions[i].z += back.z;
-        } else {
-            at.positions[i] += back;
-            at.positions[j] -= back;
-        }
-        at.normals[j] += read(&g[4..7]);
-        let speed = read(&g[7..]) * per_speed;
-        at.velocities[i] += speed;
-        at.velocities[j] -= speed;
+    /// `∂J/∂x` from `∂J/∂features` g and `∂J/∂window` of an edge.
+    fn pull_edge(&self, g: &[f32], at_window: f32) -> DVec3 {
+        self.pull(read(&g[..3]) + f64::from(g[3]) * self.offset.normalize_or_zero(), at_window.into())
     }
 }
 
@@ -114,20 +138,31 @@ impl Features {
     pub(crate) fn input(&self, view: &View<'_>) -> Input {
         let nodes = Nodes::of(view);
         let particles = view.particles.len();
-        let receivers = particles + view.graph.nodes.roots.len();
+        let receivers = particles + view.graph.nodes.roots().len();
         let per_speed = view.interval / self.scale;
-        let last = nodes.positions.len() - 1;
-        let mut rows = Vec::with_capacity((last + 1) * NODE_FEATURES);
-        for row in 0..=last {
+        let (planes, count) = (nodes.first_plane(), nodes.positions.len());
+        let (bodies, of) = (told_apart(self.bodies), view.graph.nodes.roots().with_bodies(view.body));
+        let past: Vec<_> = self.past(view).map(|velocities| view.graph.nodes.roots().with_means(velocities)).collect();
+        let mut rows = Vec::with_capacity(count * node_features(self.history, self.bodies));
+        for row in 0..count {
             push(&mut rows, nodes.velocities[row] * per_speed);
             // A root has none of the roles.
-            let role = glam::BVec3::new(row < particles, row >= receivers && row < last, row == last);
+            let role = glam::BVec3::new(row < particles, row >= receivers && row < planes, row >= planes);
             push(&mut rows, DVec3::select(role, DVec3::ONE, DVec3::ZERO));
             rows.push(if row < receivers { self.height(nodes.positions[row].z).0 as f32 } else { 0.0 });
             push(&mut rows, nodes.normals[row]);
+            let own = |body: usize| of.get(row).is_some_and(|number| *number as usize == body);
+            rows.extend((0..bodies).map(|body| if own(body) { 1.0 } else { 0.0 }));
+            let before = past.iter().map(|velocities| velocities.get(row).copied().unwrap_or_default());
+            before.for_each(|velocity| push(&mut rows, velocity * per_speed));
         }
         let edges = self.kinds.iter().map(|&kind| self.edges(view, &nodes, kind, per_speed)).collect();
         Input { particles, receivers, nodes: rows, edges }
+    }
+
+    /// The velocities of the past that are seen.
+    fn past<'a>(&self, view: &View<'a>) -> impl Iterator<Item = &'a Vec<DVec3>> {
+        view.past.iter().take(self.history - 1)
     }
 
     /// `z/√(z² + R²)` and its derivative: linear near the table, constant far above it.
@@ -155,19 +190,31 @@ impl Features {
         Edges { links: Arc::new(links), features, window }
     }
 
-    /// Adds `∂J/∂view` to `grad`, from `∂J/∂input` and the links of that input.
-    pub(crate) fn pull(&self, view: &View<'_>, links: &[Arc<Links>], at: &InputGrad, grad: &mut ViewGrad<'_>) {
+    /// Adds `∂J/∂view` to `grad`, from `∂J/∂input` and the links of that input; returns `∂J/∂normal` of every wall.
+    pub(crate) fn pull(
+        &self,
+        view: &View<'_>,
+        links: &[Arc<Links>],
+        at: &InputGrad,
+        grad: &mut ViewGrad<'_>,
+    ) -> Vec<DVec3> {
         let nodes = Nodes::of(view);
-        let roots = &view.graph.nodes.roots;
+        let roots = view.graph.nodes.roots();
         let (particles, receivers) = (view.particles.len(), view.particles.len() + roots.len());
         let per_speed = view.interval / self.scale;
-        let mut at_nodes = Nodes::zero(nodes.positions.len());
-        for (row, g) in at.nodes.chunks_exact(NODE_FEATURES).enumerate() {
+        let mut at_nodes = nodes.zero();
+        let first = NODE_FEATURES + told_apart(self.bodies);
+        let mut at_past: Vec<_> = self.past(view).map(|_| vec![DVec3::ZERO; receivers]).collect();
+        for (row, g) in at.nodes.chunks_exact(node_features(self.history, self.bodies)).enumerate() {
             at_nodes.velocities[row] += read(&g[..3]) * per_speed;
             if row < receivers {
                 at_nodes.positions[row].z += f64::from(g[6]) * self.height(nodes.positions[row].z).1;
             }
-            at_nodes.normals[row] += read(&g[7..]);
+            at_nodes.normals[row] += read(&g[7..10]);
+            if row < receivers {
+                let before = at_past.iter_mut().zip(g[first..].chunks_exact(3));
+                before.for_each(|(at, g)| at[row] = read(g) * per_speed);
+            }
         }
         for ((links, at), &kind) in links.iter().zip(&at.edges).zip(&self.kinds) {
             let window = EDGE_KINDS[kind].window();
@@ -175,11 +222,19 @@ impl Features {
             for ((&i, &j), (g, &at_window)) in links.receivers.iter().zip(&links.senders).zip(rows) {
                 let (i, j) = (i as usize, j as usize);
                 let reach = Reach::of(window, nodes.offset(i, j), self.radius);
-                reach.pull_edge((i, j), g, at_window, per_speed, &mut at_nodes);
+                nodes.pull_offset((i, j), reach.pull_edge(g, at_window), &mut at_nodes);
+                at_nodes.normals[j] += read(&g[4..7]);
+                let speed = read(&g[7..]) * per_speed;
+                at_nodes.velocities[i] += speed;
+                at_nodes.velocities[j] -= speed;
             }
         }
         roots.with_means_vjp(&mut at_nodes.positions);
         roots.with_means_vjp(&mut at_nodes.velocities);
+        for (at, own) in at_past.iter_mut().zip(&mut grad.past) {
+            roots.with_means_vjp(at);
+            own.iter_mut().zip(at).for_each(|(own, at)| *own += *at);
+        }
         for i in 0..particles {
             grad.particles.positions[i] += at_nodes.positions[i];
             grad.particles.velocities[i] += at_nodes.velocities[i];
@@ -193,6 +248,8 @@ impl Features {
             grad.twists[k].linear += at_velocity;
             grad.twists[k].angular += arm.cross(at_velocity);
         }
+        let planes = nodes.first_plane();
+        at_nodes.normals[planes..planes + view.walls.len()].to_vec()
     }
 }
 

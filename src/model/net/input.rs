@@ -2,7 +2,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Numbers a node: velocity (3), role (3), height (1), normal (3).
+/// Numbers a node that every network reads: velocity (3), role (3), height (1), normal (3); where bodies are told apart, one a body
+/// follows, and where the past is seen, three a velocity.
 pub(super) const NODE_FEATURES: usize = 10;
 /// Numbers an edge: offset (3), distance (1), sender's normal (3), relative displacement (3).
 pub(super) const EDGE_FEATURES: usize = 10;
@@ -14,7 +15,7 @@ pub struct Input {
     pub particles: usize,
     /// Number of receiving nodes, particles and roots; ≥ N.
     pub receivers: usize,
-    /// Node features, (M, 10) row-major, M ≥ receivers.
+    /// Node features, M ≥ receivers rows of as many numbers as [`super::Architecture::node_features`] says.
     pub nodes: Vec<f32>,
     /// One entry for every edge kind of the architecture.
     pub edges: Vec<Edges>,
@@ -43,7 +44,7 @@ pub struct Links {
 /// `∂J/∂input`.
 #[derive(Clone, Debug, Default)]
 pub struct InputGrad {
-    /// `∂J/∂(node features)`, (M, 10).
+    /// `∂J/∂(node features)`.
     pub nodes: Vec<f32>,
     /// One entry for every edge kind.
     pub edges: Vec<EdgesGrad>,

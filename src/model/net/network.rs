@@ -1,7 +1,7 @@
 //! The network's weights, its forward pass and its vector–Jacobian product.
 use super::architecture::{Architecture, Layout, Perceptron, Round};
 use super::dense::{Finish, dense};
-use super::input::{EDGE_FEATURES, Edges, EdgesGrad, Input, InputGrad, NODE_FEATURES};
+use super::input::{EDGE_FEATURES, Edges, EdgesGrad, Input, InputGrad};
 use super::message::{EdgeInput, Weights, message};
 use super::record::{Matrix, Record, Wanted, entries};
 use dfdx::prelude::{
@@ -77,7 +77,7 @@ impl Network {
     /// The output, (N, 3) row-major.
     pub fn forward(&self, input: Input) -> Vec<f32> {
         let mut record = Record::<NoneTape>::new(Wanted::Inputs);
-        let (rows, leaves) = leaves(&record, input);
+        let (rows, leaves) = self.leaves(&record, input);
         entries(&self.run(&mut record, &rows, &leaves)).to_vec()
     }
 
@@ -88,7 +88,7 @@ impl Network {
         }
         let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
-        let (rows, leaves) = leaves(&record, input);
+        let (rows, leaves) = self.leaves(&record, input);
         let output = self.run(&mut record, &rows, &leaves);
         let cotangent = record.matrix(at_output.to_vec(), 3);
         let rows = entries(&output).to_vec();
@@ -184,15 +184,15 @@ impl Network {
         let (weight, bias) = p.last;
         dense(record, rows, &[(x, &self.weights[weight], 0)], Some(&self.weights[bias]), finish)
     }
-}
 
-fn leaves<T: Tape<f32, Cpu>>(record: &Record<T>, input: Input) -> (Rows, Leaves) {
-    let edge = |e: Edges| EdgeInput {
-        links: e.links,
-        features: record.matrix(e.features, EDGE_FEATURES),
-        window: record.matrix(e.window, 1),
-    };
-    let edges = input.edges.into_iter().map(edge).collect();
-    let rows = Rows { particles: input.particles, receivers: input.receivers };
-    (rows, Leaves { nodes: record.matrix(input.nodes, NODE_FEATURES), edges })
+    fn leaves<T: Tape<f32, Cpu>>(&self, record: &Record<T>, input: Input) -> (Rows, Leaves) {
+        let edge = |e: Edges| EdgeInput {
+            links: e.links,
+            features: record.matrix(e.features, EDGE_FEATURES),
+            window: record.matrix(e.window, 1),
+        };
+        let edges = input.edges.into_iter().map(edge).collect();
+        let rows = Rows { particles: input.particles, receivers: input.receivers };
+        (rows, Leaves { nodes: record.matrix(input.nodes, self.architecture.node_features()), edges })
+    }
 }

@@ -1,19 +1,18 @@
 //! The adjoint of one control step, substep by substep backwards.
-use super::interval::Interval;
-use super::neighbours::Lists;
+use super::interval::{Interval, Substep};
 use super::state::StateGrad;
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
 use crate::model::law::{Law, Rate, View, ViewGrad};
-use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
+use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
 use glam::DVec3;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// What flows backwards through an interval.
 struct Backward<'a> {
     interval: &'a Interval<'a>,
     particles: ParticlesGrad,
+    past: Vec<Vec<DVec3>>,
     /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
     from: Vec<PoseGrad>,
     to: Vec<PoseGrad>,
@@ -37,12 +36,14 @@ impl Backward<'_> {
             let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
             let mut grad = ViewGrad {
                 particles: std::mem::take(&mut self.particles),
+                past: std::mem::take(&mut self.past),
                 poses: std::mem::take(&mut self.poses),
                 twists: std::mem::take(&mut self.twists),
                 weights: &mut weights[own],
             };
             law.accelerate_vjp(&view(law), at, &mut grad);
-            (self.particles, self.poses, self.twists) = (grad.particles, grad.poses, grad.twists);
+            (self.particles, self.past) = (grad.particles, grad.past);
+            (self.poses, self.twists) = (grad.poses, grad.twists);
         }
         let Interval { state, control, .. } = self.interval;
         for (i, (from, to)) in state.poses.iter().zip(&control.poses).enumerate() {
@@ -73,15 +74,19 @@ impl Adjoint<ParticleState> for ParticleModel {
     ) -> (Vec<f64>, ControlGrad) {
         let count = state.particles.len();
         let interval = Interval::new(self, state, control);
-        let mut tape: Vec<(Particles, Arc<Lists>)> = Vec::with_capacity(self.substeps);
-        interval.advance(|particles, lists| tape.push((particles.clone(), Arc::clone(lists))));
+        let mut tape = Vec::with_capacity(self.substeps);
+        interval.advance(Some(&mut tape));
 
-        let StateGrad { particles, poses: to } = StateGrad::read(next, count);
+        let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, state);
+        // The next state remembers this one's velocities first, and then what this one does.
+        newer.push(vec![DVec3::ZERO; count]);
+        let velocities = newer.remove(0);
         let parts = state.poses.len();
         let nothing = vec![PoseGrad::default(); parts];
         let mut back = Backward {
             interval: &interval,
             particles,
+            past: newer,
             from: nothing.clone(),
             to,
             poses: nothing,
@@ -90,7 +95,11 @@ impl Adjoint<ParticleState> for ParticleModel {
         let mut at_acceleration = vec![DVec3::ZERO; count];
         let mut at_held = vec![DVec3::ZERO; count];
         let mut poses: Vec<Pose> = Vec::with_capacity(parts);
-        for (k, (particles, lists)) in tape.iter().enumerate().rev() {
+        let mut by_start = vec![DVec3::ZERO; if state.rigid.is_empty() { 0 } else { count }];
+        for (k, Substep { start, lists, rigid }) in tape.iter().enumerate().rev() {
+            for (rows, motion) in state.rigid.iter().zip(rigid) {
+                motion.pull(rows, interval.h, &mut back.particles, &mut by_start);
+            }
             let ParticlesGrad { positions, velocities } = &mut back.particles;
             for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
                 let push = *v + interval.h * *x;
@@ -99,14 +108,18 @@ impl Adjoint<ParticleState> for ParticleModel {
                 at_held[i] += at_acceleration[i];
             }
             interval.place(k, &mut poses);
-            let view = |law: &dyn Law| interval.view(particles, lists.of(law.reach()), &poses);
+            let view = |law: &dyn Law| interval.view(start, lists.of(law.reach()), &poses);
             back.laws(Rate::Substep, view, &at_acceleration, interval.fraction(k), weights);
+            for (x, by) in back.particles.positions.iter_mut().zip(&mut by_start) {
+                *x += std::mem::take(by);
+            }
         }
         if let Some((graph, _)) = &interval.held {
             let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
             back.laws(Rate::Step, view, &at_held, 1.0, weights);
         }
-        let at_state = StateGrad { particles: back.particles, poses: back.from };
+        back.particles.velocities.iter_mut().zip(velocities).for_each(|(own, by)| *own += by);
+        let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })
     }
 
@@ -115,11 +128,12 @@ impl Adjoint<ParticleState> for ParticleModel {
             positions: state.gather(&particles.positions),
             velocities: state.gather(&particles.velocities),
         };
-        StateGrad { particles, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
+        let past = vec![vec![DVec3::ZERO; state.particles.len()]; state.past.len()];
+        StateGrad { particles, past, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
     }
 
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64]) -> SceneGrad {
-        let StateGrad { particles, poses } = StateGrad::read(at_start, start.particles.len());
+        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start);
         let particles = ParticlesGrad {
             positions: start.scatter(&particles.positions),
             velocities: start.scatter(&particles.velocities),

@@ -1,11 +1,22 @@
 //! One control interval of a particle model: held accelerations, then substeps.
 use super::neighbours::{Lists, Neighbours};
+use super::rigid::RigidMotion;
 use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
 use crate::model::law::{Law, Rate, View};
 use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
 use std::sync::Arc;
+
+/// What the adjoint of a substep needs of it.
+pub(super) struct Substep {
+    /// Particles at its start.
+    pub(super) start: Particles,
+    /// What its laws ran over.
+    pub(super) lists: Arc<Lists>,
+    /// How each rigid body moved.
+    pub(super) rigid: Vec<RigidMotion>,
+}
 
 /// What stays the same over the substeps of one interval.
 pub(super) struct Interval<'a> {
@@ -41,7 +52,15 @@ impl<'a> Interval<'a> {
     fn hold(&self) -> Option<(Graph, Vec<DVec3>)> {
         let policy = self.model.graph.as_ref().filter(|_| self.model.laws(Rate::Step).next().is_some())?;
         let (state, poses) = (self.state, &self.control.poses);
-        let nodes = Nodes::gather(&state.particles, &state.roots, &state.tool, &state.poses, poses, state.interval);
+        let nodes = Nodes::gather(
+            &state.particles,
+            &state.skeleton,
+            &state.walls,
+            &state.tool,
+            &state.poses,
+            poses,
+            state.interval,
+        );
         let graph = policy.connect(nodes);
         let mut acceleration = vec![DVec3::ZERO; state.particles.len()];
         let view = self.view(&state.particles, &graph, poses);
@@ -51,8 +70,8 @@ impl<'a> Interval<'a> {
 
     /// What a law sees.
     pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
-        let (tool, interval) = (&*self.state.tool, self.state.interval);
-        View { particles, graph, tool, poses, twists: &self.twists, interval }
+        let ParticleState { past, body, walls, tool, interval, .. } = self.state;
+        View { particles, past, body, walls, graph, tool, poses, twists: &self.twists, interval: *interval }
     }
 
     /// How far the tool has come in substep `k`, of the way from its start to its end.
@@ -67,8 +86,8 @@ impl<'a> Interval<'a> {
         poses.extend(path.map(|(from, to)| from.toward(to, self.fraction(k))));
     }
 
-    /// The particles at the end; `record` sees those at the start of every substep and the lists its laws ran over.
-    pub(super) fn advance(&self, mut record: impl FnMut(&Particles, &Arc<Lists>)) -> Particles {
+    /// The particles at the end; what happened in every substep goes onto the tape, where there is one.
+    pub(super) fn advance(&self, mut tape: Option<&mut Vec<Substep>>) -> Particles {
         let laws: Vec<&dyn Law> = self.model.laws(Rate::Substep).map(|(law, _)| law).collect();
         let mut particles = self.state.particles.clone();
         let reaches = laws.iter().map(|law| law.reach()).collect();
@@ -81,7 +100,7 @@ impl<'a> Interval<'a> {
                 None => acceleration.fill(DVec3::ZERO),
             }
             let lists = neighbours.at(&particles.positions);
-            record(&particles, lists);
+            let start = (tape.is_some() || !self.state.rigid.is_empty()).then(|| particles.clone());
             if !laws.is_empty() {
                 self.place(k, &mut poses);
             }
@@ -92,6 +111,12 @@ impl<'a> Interval<'a> {
             for ((x, v), a) in positions.iter_mut().zip(velocities).zip(&acceleration) {
                 *v = self.keep * *v + self.h * *a;
                 *x += self.h * *v;
+            }
+            let Some(start) = start else { continue };
+            let impose = |rows: &Vec<u32>| RigidMotion::impose(rows, &start.positions, &mut particles, self.h);
+            let rigid = self.state.rigid.iter().map(impose).collect();
+            if let Some(tape) = &mut tape {
+                tape.push(Substep { start, lists: Arc::clone(lists), rigid });
             }
         }
         particles

@@ -3,7 +3,7 @@
 //! One control step of duration T is K substeps of `h = T/K`; laws of [`Rate::Step`] are asked once, with the tool at the end of
 //! the step, and their acceleration is held; laws of [`Rate::Substep`] are asked in every substep k with the tool a fraction
 //! `(k + 1)/K` of its way: `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`. Written, learned and hybrid models differ only in
-//! their list.
+//! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep.
 use super::law::{Law, LawSpec, Rate};
 use super::{Adjoint, Dynamics};
 use crate::graph::{GraphPolicy, GraphSpec};
@@ -18,6 +18,7 @@ use std::path::Path;
 mod adjoint;
 mod interval;
 mod neighbours;
+mod rigid;
 mod state;
 
 pub use state::ParticleState;
@@ -32,6 +33,9 @@ pub struct ParticlesSpec {
     /// Fraction of the velocity kept over one control step where nothing acts; 1 has no drag, 0 no inertia \[1\].
     #[schemars(range(min = 0.0, max = 1.0))]
     pub keep: f64,
+    /// Numbers of the bodies that keep their shape.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigid: Vec<u32>,
     /// Graph for the laws asked once a control step; needed only where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub graph: Option<GraphSpec>,
@@ -45,7 +49,7 @@ impl ParticlesSpec {
         let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
         let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
         let graph = self.graph.map(GraphSpec::build).transpose()?;
-        ParticleModel::new(self.substeps, self.keep, graph, laws)
+        Ok(ParticleModel { rigid: self.rigid, ..ParticleModel::new(self.substeps, self.keep, graph, laws)? })
     }
 }
 
@@ -53,8 +57,11 @@ impl ParticlesSpec {
 pub struct ParticleModel {
     substeps: usize,
     keep: f64,
+    rigid: Vec<u32>,
     graph: Option<Box<dyn GraphPolicy>>,
     laws: Vec<Box<dyn Law>>,
+    /// Number of velocities before the present one that some law looks at.
+    memory: usize,
     /// Where each law's weights lie in the model's.
     spans: Vec<Range<usize>>,
 }
@@ -83,7 +90,8 @@ impl ParticleModel {
             start..end
         });
         let spans = spans.collect();
-        Ok(Self { substeps, keep, graph, laws, spans })
+        let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
+        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, memory, spans })
     }
 
     /// The laws of one rate, each with its place in the model's weights.
@@ -102,17 +110,19 @@ impl Dynamics for ParticleModel {
         ensure!(scene.interval > 0.0, "the scene's control interval must be positive, got {} s", scene.interval);
         let (positions, velocities) = (scene.particles.positions.len(), scene.particles.velocities.len());
         ensure!(positions == velocities, "the scene gives {positions} positions but {velocities} velocities");
+        let bodies = scene.body.len();
+        ensure!(positions == bodies, "the scene gives {positions} particles but the bodies of {bodies}");
         ensure!(scene.particles.is_finite(), "a particle's position or velocity in the scene is not a finite number");
-        Ok(())
+        self.laws.iter().try_for_each(|law| law.accepts(scene))
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
-        ParticleState::new(scene, self.graph.as_deref())
+        ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory)
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
         let interval = Interval::new(self, state, control);
-        let particles = interval.advance(|_, _| ());
+        let particles = interval.advance(None);
         state.next(particles, control)
     }
 

@@ -1,23 +1,31 @@
 //! What a particle model carries from step to step.
-use crate::graph::{GraphPolicy, Roots};
-use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape};
+use crate::graph::{GraphPolicy, Skeleton};
+use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
 /// Particles in canonical order, and the tool.
 ///
-/// The order is lexicographic in position, then velocity, at the start: sums over neighbours then run in an order that does not
+/// The order is lexicographic in position, then velocity, then body, at the start: sums over neighbours then run in an order that does not
 /// know how the scene numbered its particles, so relabelling them relabels the prediction bit for bit.
 #[derive(Clone, Debug)]
 pub struct ParticleState {
     /// Particles now, in canonical order.
     pub(super) particles: Particles,
+    /// Velocities one, two … control steps before, in canonical order: as many as the model remembers.
+    pub(super) past: Vec<Vec<DVec3>>,
     /// Row of the scene that each canonical row came from.
     order: Arc<[u32]>,
+    /// Number of the body that each belongs to, in canonical order.
+    pub(super) body: Arc<[u32]>,
+    /// Rows of each body that keeps its shape.
+    pub(super) rigid: Arc<[Vec<u32>]>,
+    /// Walls around the table.
+    pub(super) walls: Arc<[Wall]>,
     /// Tool geometry.
     pub(super) tool: Arc<ToolShape>,
-    /// Roots over the particles, where the model's graph has any.
-    pub(super) roots: Arc<Roots>,
+    /// What the model's graph keeps from the start.
+    pub(super) skeleton: Arc<Skeleton>,
     /// Pose of each part now.
     pub(super) poses: Vec<Pose>,
     /// Duration of one control step \[s\].
@@ -25,8 +33,9 @@ pub struct ParticleState {
 }
 
 impl ParticleState {
-    /// Of a scene, with the roots that `graph` draws over it.
-    pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>) -> Self {
+    /// Of a scene whose bodies of these numbers are `rigid`, with the skeleton that `graph` draws over it and `memory` velocities of the
+    /// past, zero where the scene knows none.
+    pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>, rigid: &[u32], memory: usize) -> Self {
         let particles = &scene.particles;
         let key = |i: u32| {
             let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
@@ -35,15 +44,25 @@ impl ParticleState {
         let mut order: Vec<u32> = (0..particles.len() as u32).collect();
         order.sort_by(|&a, &b| {
             let pairs = key(a).into_iter().zip(key(b));
-            pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+            let differ = pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
+            differ.unwrap_or_else(|| scene.body[a as usize].cmp(&scene.body[b as usize]))
         });
+        let body: Arc<[u32]> = order.iter().map(|&i| scene.body[i as usize]).collect();
+        let rows = |number: &u32| (0..body.len()).filter(|&i| body[i] == *number).map(|i| i as u32).collect();
+        let rigid: Vec<Vec<u32>> = rigid.iter().map(rows).filter(|rows: &Vec<u32>| !rows.is_empty()).collect();
         let sorted = |rows: &[DVec3]| order.iter().map(|&i| rows[i as usize]).collect();
+        let mut past: Vec<Vec<DVec3>> = scene.past.iter().take(memory).map(|rows| sorted(rows)).collect();
+        past.resize(memory, vec![DVec3::ZERO; order.len()]);
         let particles =
             Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
         Self {
-            roots: Arc::new(graph.map(|graph| graph.roots(&particles)).unwrap_or_default()),
+            skeleton: Arc::new(graph.map(|graph| graph.skeleton(&particles, &body)).unwrap_or_default()),
             particles,
+            past,
             order: order.into(),
+            body,
+            rigid: rigid.into(),
+            walls: Arc::clone(&scene.walls),
             tool: Arc::clone(&scene.tool),
             poses: scene.poses.clone(),
             interval: scene.interval,
@@ -52,8 +71,19 @@ impl ParticleState {
 
     /// The state after a step that ends with these particles.
     pub(super) fn next(&self, particles: Particles, control: &Control) -> Self {
-        let (order, tool, roots) = (Arc::clone(&self.order), Arc::clone(&self.tool), Arc::clone(&self.roots));
-        Self { particles, order, tool, roots, poses: control.poses.clone(), interval: self.interval }
+        let past = std::iter::once(&self.particles.velocities).chain(&self.past).take(self.past.len());
+        Self {
+            particles,
+            past: past.cloned().collect(),
+            order: Arc::clone(&self.order),
+            body: Arc::clone(&self.body),
+            rigid: Arc::clone(&self.rigid),
+            walls: Arc::clone(&self.walls),
+            tool: Arc::clone(&self.tool),
+            skeleton: Arc::clone(&self.skeleton),
+            poses: control.poses.clone(),
+            interval: self.interval,
+        }
     }
 
     /// The particles in the scene's order.
@@ -79,20 +109,24 @@ impl ParticleState {
     }
 }
 
-/// `∂J/∂state`, flat as `[positions 3N | velocities 3N | poses 6 per part: translation, rotation]`.
+/// `∂J/∂state`, flat as `[positions 3N | velocities 3N | past 3N each | poses 6 per part: translation, rotation]`.
 #[derive(Clone, Debug)]
 pub(super) struct StateGrad {
     pub(super) particles: ParticlesGrad,
+    pub(super) past: Vec<Vec<DVec3>>,
     pub(super) poses: Vec<PoseGrad>,
 }
 
 impl StateGrad {
-    /// Reads the flat layout for `count` particles.
-    pub(super) fn read(flat: &[f64], count: usize) -> Self {
+    /// Reads the flat layout for `state`.
+    pub(super) fn read(flat: &[f64], state: &ParticleState) -> Self {
+        let count = state.particles.len();
         let rows: Vec<DVec3> = flat.chunks_exact(3).map(DVec3::from_slice).collect();
         let (positions, rest) = rows.split_at(count);
-        let (velocities, poses) = rest.split_at(count);
+        let (velocities, rest) = rest.split_at(count);
+        let (past, poses) = rest.split_at(count * state.past.len());
         Self {
+            past: (0..state.past.len()).map(|k| past[k * count..(k + 1) * count].to_vec()).collect(),
             particles: ParticlesGrad { positions: positions.to_vec(), velocities: velocities.to_vec() },
             poses: poses.chunks_exact(2).map(|p| PoseGrad { translation: p[0], rotation: p[1] }).collect(),
         }
@@ -101,7 +135,8 @@ impl StateGrad {
     /// Writes the flat layout.
     pub(super) fn flat(&self) -> Vec<f64> {
         let poses = self.poses.iter().flat_map(|p| [p.translation, p.rotation]);
-        let rows = self.particles.positions.iter().chain(&self.particles.velocities).copied().chain(poses);
+        let ParticlesGrad { positions, velocities } = &self.particles;
+        let rows = positions.iter().chain(velocities).chain(self.past.iter().flatten()).copied().chain(poses);
         rows.flat_map(|v| v.to_array()).collect()
     }
 }

@@ -1,0 +1,23 @@
+//! Claim: training on two steps lowers the rollout error against one, and four against two.
+//!
+//! Command: `cargo run --release --bin experiments -- horizon`, about 4 minutes. Table: `paper/tables/horizon.tex`.
+use crate::claim::{Experiment, Rows, changed, trials};
+use pliant::table::{Grid, ablation};
+use serde_json::Value;
+
+pub(crate) const CLAIM: Experiment = Experiment {
+    name: "horizon",
+    claim: "training on two steps lowers the rollout error against one, and four against two",
+    duration: "about 4 minutes",
+    rows: Rows::Sweep { config: "configs/sweep/horizon.toml", smoke: &["model.learned.train.network.steps=4"] },
+    table,
+};
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    Ok(ablation(
+        "Steps that training rolls out",
+        &trials(rows)?,
+        |change| changed(change, "2"),
+        |_, model| ("baseline", model),
+    ))
+}
