@@ -5,7 +5,7 @@
 //! `paper/tables/box_bath.tex`.
 use crate::claim::{Experiment, Rows, Size, number};
 use glam::DVec3;
-use pliant::compare::{self, ContenderSpec, RUNS};
+use pliant::compare::{self, RUNS};
 use pliant::config;
 use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, RECORDINGS, import, simulate};
 use pliant::state::Particles;
@@ -57,8 +57,8 @@ fn measure(size: Size, recordings: &Path, watch: &Watch) -> anyhow::Result<Vec<V
             if size == Size::Smoke {
                 words.extend(["train.bath.steps=2", "train.bath.validation_horizon=2"].map(str::to_owned));
             }
-            let spec = config::load::<ContenderSpec>(format!("configs/model/{model}.toml").as_ref(), &words)?.spec;
-            let contender = compare::train(model, &spec, &folder, RUNS.as_ref(), watch)?;
+            let path = format!("configs/model/{model}.toml");
+            let contender = compare::train(path.as_ref(), &words, &folder, RUNS.as_ref(), watch)?;
             let Some(Evaluation { curve, one_step, .. }) = contender.held_out else { continue };
             let mse = mean(curve.iter().map(|error| error * error / 3.0));
             rows.push(json!({ "model": model, "seed": seed, "mse": mse, "one_step": one_step, "curve": curve }));

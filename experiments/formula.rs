@@ -11,7 +11,7 @@ use pliant::graph::{CellList, EDGE_KINDS, EdgeSet, Graph};
 use pliant::model::ModelSpec;
 use pliant::model::law::formula::Programs;
 use pliant::model::law::{Law, LawSpec, View, ViewGrad};
-use pliant::state::{Particles, ParticlesGrad, ToolShape, stream};
+use pliant::state::{Constants, Particles, ParticlesGrad, ToolShape, stream};
 use pliant::table::Grid;
 use pliant::watch::Watch;
 use rand::Rng;
@@ -141,8 +141,18 @@ impl Edges {
     /// Wall time of one pass forward and one backward \[s\].
     fn seconds(&self, law: &dyn Law) -> (f64, f64) {
         let Self { particles, graph, tool, .. } = self;
-        let view =
-            View { particles, past: &[], body: &[], walls: &[], graph, tool, poses: &[], twists: &[], interval: 0.1 };
+        let view = View {
+            particles,
+            past: &[],
+            body: &[],
+            walls: &[],
+            constants: &Constants::new(),
+            graph,
+            tool,
+            poses: &[],
+            twists: &[],
+            interval: 0.1,
+        };
         let mut out = vec![DVec3::ZERO; particles.len()];
         let clock = Instant::now();
         law.accelerate(&view, &mut out);

@@ -36,8 +36,16 @@ impl RandomGraph {
             |count: usize, size: f32| -> Vec<f32> { (0..count).map(|_| rng.random_range(-size..size)).collect() };
         let kinds = vec!["particle".to_owned()];
         let (sharing, aggregation) = (Sharing::PerRound, Aggregation::Sum);
-        let architecture =
-            Architecture { width, rounds: ROUNDS, sharing, aggregation, history: 1, bodies: 1, edges: kinds };
+        let architecture = Architecture {
+            width,
+            rounds: ROUNDS,
+            sharing,
+            aggregation,
+            history: 1,
+            bodies: 1,
+            constants: Vec::new(),
+            edges: kinds,
+        };
         let mut network = Network::new(architecture, 1);
         let start = network.weights();
         let shaken: Vec<f32> = start.iter().zip(draw(start.len(), 0.1)).map(|(w, d)| w + d).collect();

@@ -1,6 +1,6 @@
 //! `pliant`: simulate, fit, compare, sweep, view.
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pliant::compare::{self, CompareSpec, Comparison, ContenderSpec, RUNS};
+use pliant::compare::{self, CompareSpec, Comparison, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::model::formula::{self, Range};
@@ -192,8 +192,7 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             to_stdout(&pliant::table::forecast(&predictions).to_text())?;
         }
         Verb::Train { model, data, overrides } => {
-            let spec = config::load::<ContenderSpec>(&model, &overrides)?.spec;
-            let contender = compare::train(&stem(&model), &spec, &data, RUNS.as_ref(), watch)?;
+            let contender = compare::train(&model, &overrides, &data, RUNS.as_ref(), watch)?;
             let prediction = compare::Prediction::of(&contender);
             to_stdout(&pliant::table::forecast(prediction.as_slice()).to_text())?;
             contender.stages.iter().try_for_each(|(stage, at)| to_stdout(&format!("{stage}: {}\n", at.display())))?;
@@ -280,15 +279,10 @@ fn predict(
     Prediction::of(recording, || match compare {
         Some(config) => compare::fit_named(model, &config::load::<CompareSpec>(config, overrides)?.spec, watch),
         None => {
-            let (file, folder) = (Path::new(model), recording.path.parent().unwrap_or_else(|| Path::new("")));
-            let spec = config::load::<ContenderSpec>(file, overrides)?.spec;
-            compare::train(&stem(file), &spec, folder, RUNS.as_ref(), watch)
+            let folder = recording.path.parent().unwrap_or_else(|| Path::new(""));
+            compare::train(model.as_ref(), overrides, folder, RUNS.as_ref(), watch)
         }
     })
-}
-
-fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {

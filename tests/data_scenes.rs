@@ -2,6 +2,7 @@
 use pliant::config;
 use pliant::data::{Dataset, DatasetSpec, record, simulate};
 use pliant::watch::Watch;
+use pliant::world::MaterialSpec;
 use rayon::prelude::*;
 
 fn load(stem: &str, changes: &[&str]) -> DatasetSpec {
@@ -47,8 +48,19 @@ fn the_cube_of_the_bath_is_a_body_of_its_own_and_stays_rigid() {
 fn constants_are_drawn_for_each_episode_and_written_down() {
     let folder = tempfile::tempdir().unwrap();
     let spec = load("rice_grip", &["episodes=4", "scene.particles=20", "steps=3"]);
-    simulate(&spec, folder.path(), &Watch::silent()).unwrap();
-    let metadata = Dataset::load(folder.path()).unwrap().metadata;
+    let made = simulate(&spec, folder.path(), &Watch::silent()).unwrap();
+    let Dataset { metadata, episodes, tools } = Dataset::load(folder.path()).unwrap();
+    assert_eq!(episodes, made.episodes);
+    for (episode, entry) in episodes.iter().zip(&metadata.episodes) {
+        let told = episode.scene(1, &tools[&episode.tool]).constants;
+        assert_eq!((&*told, told.len()), (&entry.constants, 2), "models are told what was drawn");
+    }
+    let planned = spec.constants();
+    let MaterialSpec::Dough(material) = &spec.scene.material else { panic!("rice_grip grips dough") };
+    assert_eq!(
+        planned["material.young_modulus"], material.young_modulus,
+        "and of the world that is planned in, its own"
+    );
     let drawn: Vec<f64> = metadata.episodes.iter().map(|e| e.constants["material.young_modulus"]).collect();
     assert!(drawn.iter().all(|e| (3e3..=1.2e4).contains(e)), "{drawn:?}");
     assert!(drawn.windows(2).all(|pair| pair[0] != pair[1]), "{drawn:?}");

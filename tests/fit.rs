@@ -53,8 +53,8 @@ fn press(world: &dyn WorldModel, k: usize, tools: &Tools) -> Episode {
         now.velocities = now.positions.iter().zip(before).map(|(x, b)| (*x - b) / 0.1).collect();
     }
     let (tool, theta) = ("plate".into(), Vec::new());
-    let Scene { poses: start, body, walls, .. } = scene;
-    Episode { tool, theta, interval: 0.1, start, controls, states, body, walls }
+    let Scene { poses: start, body, walls, constants, .. } = scene;
+    Episode { tool, theta, interval: 0.1, start, controls, states, body, walls, constants }
 }
 
 fn world() -> Split {

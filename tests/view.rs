@@ -33,6 +33,7 @@ fn made_up(frames: usize, count: usize, parts: usize) -> Episode {
         states: (0..frames).map(state).collect(),
         body: vec![0; count].into(),
         walls: [Wall { normal: DVec3::X, offset: -0.01 }].into(),
+        constants: Default::default(),
     }
 }
 
@@ -121,16 +122,8 @@ fn the_counts_to_compare_with_are_those_of_the_radius_policy() {
             serde_json::from_value(json!({ "kind": "radius", "radius": count["radius"], "edges": names })).unwrap();
         let t = count["frame"].as_u64().unwrap() as usize;
         let (episode, shape) = (&recording.episode, recording.shape.as_ref().unwrap());
-        let poses = episode.poses(t);
-        let nodes = Nodes::gather(
-            &episode.states[t],
-            &Default::default(),
-            &episode.walls,
-            shape,
-            poses,
-            poses,
-            episode.interval,
-        );
+        let (dt, poses) = (episode.interval, episode.poses(t));
+        let nodes = Nodes::gather(&episode.states[t], &Default::default(), &episode.walls, shape, poses, poses, dt);
         let graph = policy.build().unwrap().connect(nodes);
         let edges: Vec<usize> = graph.edges[..names.len()].iter().map(|set| set.len()).collect();
         assert_eq!(count["edges"], json!(edges), "frame {t}");

@@ -8,6 +8,7 @@ fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
         history: 1,
         bodies: 1,
+        constants: Default::default(),
         width,
         rounds: 2,
         sharing: Sharing::Shared,

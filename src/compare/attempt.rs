@@ -112,7 +112,8 @@ impl<'a> Run<'a> {
         };
         let scene = |tool: &Arc<ToolShape>, poses: &[Pose]| {
             let truth = world.scene(tool, poses);
-            Scene { particles: seen.clone(), snapshot: truth.snapshot.clone().filter(|_| known), ..truth }
+            let snapshot = truth.snapshot.clone().filter(|_| known);
+            Scene { particles: seen.clone(), constants: Arc::clone(&bench.constants), snapshot, ..truth }
         };
         let piece = Workpiece::around(&seen);
         if !known && !accepts(bench, model, &scene) {

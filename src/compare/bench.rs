@@ -7,6 +7,7 @@ use crate::data::{HELD_OUT, simulate};
 use crate::perception::Perception;
 use crate::planner::Planner;
 use crate::problem::Clock;
+use crate::state::Constants;
 use crate::tool::{Tool, ToolSpec};
 use crate::train::Split;
 use crate::watch::Watch;
@@ -14,6 +15,7 @@ use crate::world::World;
 use anyhow::Context;
 use indexmap::IndexMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Everything a comparison made.
@@ -40,6 +42,8 @@ impl Comparison {
 pub(super) struct Bench<'a> {
     pub(super) spec: &'a CompareSpec,
     pub(super) tools: IndexMap<String, Box<dyn Tool>>,
+    /// What models may be told of the scene that is planned in.
+    pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
     pub(super) chooser: Box<dyn Chooser>,
     pub(super) clock: Clock<'a>,
@@ -119,6 +123,7 @@ impl<'a> Bench<'a> {
         Ok(Self {
             spec,
             tools: spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?,
+            constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
             chooser: spec.chooser.clone().build()?,
             clock,

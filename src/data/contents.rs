@@ -51,10 +51,11 @@ impl Contents {
     pub(super) fn episode(&self, folder: &Path, k: usize) -> anyhow::Result<Episode> {
         let entry = &self.metadata.episodes[k];
         let path = folder.join(&entry.file);
-        match &self.spec {
+        let episode = match &self.spec {
             Some(spec) => read_episode(&path, &entry.tool, spec.steps),
             None => Episode::read(&path, &entry.tool),
-        }
+        };
+        Ok(Episode { constants: entry.constants.clone().into(), ..episode? })
     }
 
     /// All episodes of `folder`, in order and in parallel, each or the sentence of why not.

@@ -2,7 +2,7 @@
 use super::contents::Contents;
 use super::vary::{self, Ranges};
 use super::{Episode, Metadata, SplitSpec};
-use crate::state::ToolShape;
+use crate::state::{Constants, ToolShape};
 use crate::tool::ToolSpec;
 use crate::world::{MaterialSpec, SceneSpec, StartSpec};
 use anyhow::{Context, ensure};
@@ -94,7 +94,17 @@ impl DatasetSpec {
     /// # Errors
     /// When a constant of `vary` is none of this scene.
     pub fn scene_of(&self, k: usize) -> anyhow::Result<SceneSpec> {
-        vary::with(self.listed(k), &vary::drawn(&self.vary, self.seed, k))
+        vary::with(self.listed(k), &self.constants_of(k))
+    }
+
+    /// What [`vary`] draws for episode `k`.
+    pub fn constants_of(&self, k: usize) -> Constants {
+        vary::drawn(&self.vary, self.seed, k)
+    }
+
+    /// What the scene itself has in the places that [`vary`] draws for: the constants of the world that is planned in.
+    pub fn constants(&self) -> Constants {
+        vary::own(&self.vary, &self.scene)
     }
 
     /// Refuses what no dataset can be made of.
@@ -163,7 +173,10 @@ pub(super) fn read_spec(folder: &Path) -> anyhow::Result<Option<DatasetSpec>> {
 
 /// All episodes of a finished folder, in order.
 pub(super) fn read_episodes(folder: &Path, spec: &DatasetSpec) -> anyhow::Result<Vec<Episode>> {
-    let read = |k| read_episode(&episode_path(folder, k), spec.tool_of(k), spec.steps);
+    let read = |k| {
+        let episode = read_episode(&episode_path(folder, k), spec.tool_of(k), spec.steps)?;
+        Ok(Episode { constants: spec.constants_of(k).into(), ..episode })
+    };
     (0..spec.episodes).into_par_iter().map(read).collect()
 }
 

@@ -1,5 +1,5 @@
 //! One recorded tool action.
-use crate::state::{Control, MEMORY, Particles, Pose, Rollout, Scene, ToolShape, Wall};
+use crate::state::{Constants, Control, MEMORY, Particles, Pose, Rollout, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub struct Episode {
     pub body: Arc<[u32]>,
     /// Walls around the table.
     pub walls: Arc<[Wall]>,
+    /// What the dataset drew for it, which its file does not hold.
+    pub constants: Arc<Constants>,
 }
 
 impl Episode {
@@ -42,6 +44,7 @@ impl Episode {
             past: self.states[..t].iter().rev().take(MEMORY).map(|x| x.velocities.clone()).collect(),
             body: Arc::clone(&self.body),
             walls: Arc::clone(&self.walls),
+            constants: Arc::clone(&self.constants),
             tool: tool.clone(),
             poses: self.poses(t).to_vec(),
             interval: self.interval,

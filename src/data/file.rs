@@ -53,7 +53,8 @@ impl Episode {
         let points: Vec<DVec3> = positions.chunks_exact(3).map(|p| Vec3::from_slice(p).as_dvec3()).collect();
         let frames = points.chunks_exact(count).map(<[DVec3]>::to_vec).collect();
         let states = states(frames, interval);
-        Ok(Self { tool: tool.to_owned(), theta, interval, start, controls, states, body, walls })
+        let (tool, constants) = (tool.to_owned(), Arc::default());
+        Ok(Self { tool, theta, interval, start, controls, states, body, walls, constants })
     }
 
     /// Writes the episode to `path`, whole; positions are rounded to float32, velocities are not kept.

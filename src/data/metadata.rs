@@ -1,7 +1,6 @@
 //! What a dataset says of itself: LagrangeBench's keys where it has one, and ours.
 use super::dataset::{DatasetSpec, SPEC, episode_path};
 use super::split::{HELD_OUT, Part, SplitSpec};
-use super::vary::drawn;
 use super::{Episode, Statistics};
 use crate::config::write_whole;
 use crate::shape::spacing;
@@ -114,7 +113,7 @@ impl Metadata {
         let entry = |(k, e): (usize, &Episode)| Entry {
             material: name(spec.material_of(k).map(|(name, _)| name)),
             start: name(spec.start_of(k).map(|(name, _)| name)),
-            constants: drawn(&spec.vary, spec.seed, k),
+            constants: spec.constants_of(k),
             ..Entry::of(k, e)
         };
         let source = Source {

@@ -50,5 +50,6 @@ fn made_up(steps: usize) -> Episode {
         states: episode::states((0..=steps).map(|t| (0..5).map(|i| position(t, i)).collect()).collect(), interval),
         body: [0; 5].into(),
         walls: std::sync::Arc::default(),
+        constants: std::sync::Arc::default(),
     }
 }

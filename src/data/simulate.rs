@@ -79,7 +79,8 @@ pub fn record(spec: &DatasetSpec, k: usize) -> anyhow::Result<Episode> {
     let states = super::episode::states(rollout.iter().map(rounded).collect(), interval);
     let body = world.pieces().into_iter().map(|piece| piece as u32).collect();
     let (walls, controls) = (world.walls().into(), motion.controls);
-    Ok(Episode { tool: name, theta, interval, start: motion.start, controls, states, body, walls })
+    let (start, constants) = (motion.start, spec.constants_of(k).into());
+    Ok(Episode { tool: name, theta, interval, start, controls, states, body, walls, constants })
 }
 
 /// A uniformly random action of `tool` on `particles`, in `steps` control steps: θ and its path.

@@ -24,7 +24,7 @@ pub use mesh::TriangleMesh;
 pub use particles::{Particles, ParticlesGrad, Rollout};
 pub use pose::{Pose, PoseGrad, Twist};
 pub use rotation::{rotation_between, rotation_between_vjp};
-pub use scene::{Control, ControlGrad, MEMORY, Scene, SceneGrad, Snapshot};
+pub use scene::{Constants, Control, ControlGrad, MEMORY, Scene, SceneGrad, Snapshot};
 pub use solid::{Part, Projection, Solid, SurfacePoint, ToolShape};
 pub use stream::stream;
 pub use wall::Wall;

@@ -1,10 +1,14 @@
 //! What a model is told before it starts, and what it is told at each step.
 use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Wall};
 use glam::DVec3;
+use indexmap::IndexMap;
 use std::sync::Arc;
 
 /// The most velocities of the past that a scene is given.
 pub const MEMORY: usize = 8;
+
+/// Constants of a scene by their path in its config, such as `material.young_modulus`, in the unit they have there.
+pub type Constants = IndexMap<String, f64>;
 
 /// The start of a rollout: particles, and the tool where its motion begins.
 #[derive(Clone, Debug)]
@@ -17,6 +21,8 @@ pub struct Scene {
     pub body: Arc<[u32]>,
     /// Walls around the table.
     pub walls: Arc<[Wall]>,
+    /// Constants of the materials that a model may be told.
+    pub constants: Arc<Constants>,
     /// Geometry of the tool's parts.
     pub tool: Arc<ToolShape>,
     /// Pose of each part at the start.
@@ -31,7 +37,8 @@ impl Scene {
     /// One body of particles on an open table, with no simulator behind it.
     pub fn open(particles: Particles, tool: Arc<ToolShape>, poses: Vec<Pose>, interval: f64) -> Self {
         let body = vec![0; particles.len()].into();
-        Self { particles, past: Vec::new(), body, walls: Arc::default(), tool, poses, interval, snapshot: None }
+        let (past, walls, constants) = (Vec::new(), Arc::default(), Arc::default());
+        Self { particles, past, body, walls, constants, tool, poses, interval, snapshot: None }
     }
 }
 

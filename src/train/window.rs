@@ -109,6 +109,7 @@ pub(super) mod tests {
             states: (0..=6).map(state).collect(),
             body: [0; 3].into(),
             walls: [Wall { normal: DVec3::X, offset: -0.5 }].into(),
+            constants: Arc::default(),
         }
     }
 

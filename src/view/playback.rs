@@ -1,7 +1,7 @@
 //! An episode, and what the folder it lies in says of it.
 use crate::data::{DatasetSpec, Episode};
 use crate::shape;
-use crate::state::ToolShape;
+use crate::state::{Constants, ToolShape};
 use anyhow::{Context, bail, ensure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,6 +25,7 @@ struct Origin {
     tool: String,
     shape: Arc<ToolShape>,
     pieces: Vec<String>,
+    constants: Constants,
 }
 
 impl Playback {
@@ -50,7 +51,7 @@ impl Playback {
             path.display(),
             origin.tool
         );
-        episode.tool = origin.tool;
+        (episode.tool, episode.constants) = (origin.tool, origin.constants.into());
         Ok(Self { path: path.to_owned(), episode, shape: Some(origin.shape), pieces: origin.pieces })
     }
 
@@ -83,7 +84,8 @@ impl Origin {
         let material = serde_json::to_value(&scene.material).ok();
         let material = material.and_then(|m| Some(m.get("kind")?.as_str()?.to_owned()));
         let pieces = material.into_iter().chain(scene.beside.into_keys()).collect();
-        Ok(Some(Self { tool: tool.clone(), shape: built.shape().clone(), pieces }))
+        let constants = spec.constants_of(number);
+        Ok(Some(Self { tool: tool.clone(), shape: built.shape().clone(), pieces, constants }))
     }
 }
 

@@ -232,6 +232,7 @@ impl World {
             past: Vec::new(),
             body: self.pieces().into_iter().map(|piece| piece as u32).collect(),
             walls: self.walls.clone().into(),
+            constants: Arc::default(),
             tool: tool.clone(),
             poses: start.to_vec(),
             interval: self.interval,

@@ -4,7 +4,7 @@ use pliant::graph::{EDGE_KINDS, EdgeSet, Graph};
 use pliant::model::ModelSpec;
 use pliant::model::law::{Law, LawSpec, View, ViewGrad};
 use pliant::model::particles::ParticlesSpec;
-use pliant::state::{Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, ToolShape, Twist};
+use pliant::state::{Constants, Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
@@ -42,6 +42,7 @@ struct Bench {
     tool: ToolShape,
     poses: Vec<Pose>,
     twists: Vec<Twist>,
+    constants: Constants,
 }
 
 impl Bench {
@@ -69,12 +70,13 @@ impl Bench {
             tool: ToolShape::from(vec![part(board), part(rod)]),
             poses: vec![pose(0.0, 0.03, DVec3::new(0.1, -0.1, 0.4)), pose(-0.024, 0.009, DVec3::new(0.0, 2.0, 0.3))],
             twists: (0..2).map(|_| Twist { linear: 0.2 * vector(&mut rng), angular: 3.0 * vector(&mut rng) }).collect(),
+            constants: Constants::new(),
         }
     }
 
     fn view(&self) -> View<'_> {
-        let Self { particles, graph, tool, poses, twists } = self;
-        View { particles, past: &[], body: &[], walls: &[], graph, tool, poses, twists, interval: 0.1 }
+        let Self { particles, graph, tool, poses, twists, constants } = self;
+        View { particles, past: &[], body: &[], walls: &[], constants, graph, tool, poses, twists, interval: 0.1 }
     }
 
     fn accelerations(&self, law: &dyn Law) -> Vec<DVec3> {

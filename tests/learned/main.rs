@@ -3,9 +3,10 @@ use glam::{DQuat, DVec3};
 use moment::*;
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, Rate, ViewGrad};
 use pliant::model::net::Aggregation;
-use pliant::state::{ParticlesGrad, Pose, PoseGrad, Twist};
+use pliant::state::{ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
 
 mod moment;
 mod roots;
@@ -47,6 +48,30 @@ fn derivatives_agree_with_central_differences_between_walls_and_bodies_with_a_me
         assert!(here.acceleration(&law).iter().zip(&alike).all(|(a, b)| a != b), "bodies matter");
         derivatives_agree_with_central_differences(&law, &here);
     }
+}
+
+#[test]
+fn a_constant_is_told_to_every_particle_as_a_share_of_its_range_and_must_be_known() {
+    let stiffness = "material.young_modulus".to_owned();
+    let law = shake(LearnedSpec { constants: [(stiffness.clone(), [2e3, 6e3])].into(), ..spec(16) });
+    let told = |value: f64| Moment { constants: [(stiffness.clone(), value)].into(), ..Moment::random(30) };
+    let [soft, middle, stiff] = [2e3, 4e3, 6e3].map(|value| told(value).acceleration(&law));
+    assert!(soft.iter().zip(&stiff).all(|(a, b)| a != b), "the constant matters to every particle");
+    // Whatever is told about something else, or in the middle of its range, changes nothing.
+    let other = Moment { constants: [("spacing".to_owned(), 5.0)].into(), ..Moment::random(30) };
+    assert_eq!(other.acceleration(&law), middle);
+
+    let mut scene = Scene::open(Moment::random(30).particles, ToolShape::from(Vec::new()).into(), Vec::new(), 0.1);
+    let refusal = law.accepts(&scene).unwrap_err().to_string();
+    assert!(refusal.contains("material.young_modulus") && refusal.contains("`vary`"), "{refusal}");
+    scene.constants = Arc::new([(stiffness, 3e3)].into());
+    law.accepts(&scene).unwrap();
+    scene.body = [0, 2, 1].repeat(10).into();
+    let two = shake(LearnedSpec { bodies: 2, ..spec(16) });
+    let refusal = two.accepts(&scene).unwrap_err().to_string();
+    assert!(refusal.contains("`bodies`") && refusal.ends_with('3'), "{refusal}");
+    scene.body = [0, 1].repeat(15).into();
+    two.accepts(&scene).unwrap();
 }
 
 #[test]

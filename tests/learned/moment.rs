@@ -1,9 +1,10 @@
 //! Particles, a tool and roots at one moment, and laws to ask about it.
 use glam::{DQuat, DVec3};
+use indexmap::IndexMap;
 use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, Skeleton};
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
 use pliant::model::net::{Aggregation, Sharing};
-use pliant::state::{Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
+use pliant::state::{Constants, Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -18,6 +19,7 @@ pub(crate) struct Moment {
     pub(crate) particles: Particles,
     pub(crate) past: Vec<Vec<DVec3>>,
     pub(crate) body: Vec<u32>,
+    pub(crate) constants: Constants,
     pub(crate) walls: Vec<Wall>,
     pub(crate) tool: ToolShape,
     pub(crate) poses: Vec<Pose>,
@@ -51,6 +53,7 @@ impl Moment {
             particles: Particles { positions, velocities },
             past: Vec::new(),
             body: vec![0; count],
+            constants: Constants::new(),
             walls: Vec::new(),
             tool,
             poses: vec![pose(1.0), pose(-1.0)],
@@ -115,6 +118,7 @@ impl Moment {
             past: &self.past,
             body: &self.body,
             walls: &self.walls,
+            constants: &self.constants,
             graph,
             tool: &self.tool,
             poses: &self.poses,
@@ -144,6 +148,7 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         aggregation: Aggregation::Sum,
         history: 1,
         bodies: 1,
+        constants: IndexMap::new(),
         edges: kinds(3),
         radius: RADIUS,
         scale: SCALE,

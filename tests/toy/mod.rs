@@ -151,6 +151,7 @@ pub(crate) fn episodes(model: &Toy, count: usize, steps: usize, seed: u64) -> Ve
                 controls,
                 body: [0; 12].into(),
                 walls: [].into(),
+                constants: Default::default(),
             }
         })
         .collect()

@@ -6,6 +6,7 @@ use crate::state::{Control, Wall};
 use anyhow::ensure;
 use glam::DVec3;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Files with `positions` (frames, N, 3) float32 \[m\], y up, the floor at y = 0, 60 frames a second; the first 64 particles are a
 /// rigid cube, the rest is fluid. Names that begin with `train` are to learn from.
@@ -59,6 +60,7 @@ impl Recording for Boxbath {
             states: states(frames, INTERVAL),
             body: (0..count).map(|i| u32::from(i < CUBE)).collect(),
             walls: WALLS.into(),
+            constants: Arc::default(),
         })
     }
 

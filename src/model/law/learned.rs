@@ -6,6 +6,7 @@ use crate::model::net::{Aggregation, Architecture, Features, Network, Sharing};
 use crate::state::{MEMORY, ParticlesGrad, PoseGrad, Scene, Twist};
 use anyhow::ensure;
 use glam::DVec3;
+use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -34,6 +35,9 @@ pub struct LearnedSpec {
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(range(min = 1, max = 64))]
     pub bodies: usize,
+    /// Constants of the scene that the network is told, by their path in its config, each with the range that becomes −1 to 1.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub constants: IndexMap<String, [f64; 2]>,
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
@@ -66,6 +70,10 @@ impl LearnedSpec {
         for (key, value) in [("radius", self.radius), ("scale", self.scale)] {
             ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
         }
+        for (path, [low, high]) in &self.constants {
+            let range = low < high && (high - low).is_finite();
+            ensure!(range, "constants gives {path} the range [{low}, {high}]; it must be [low, high] with low < high");
+        }
         let kinds = kinds_named("edges", &self.edges)?;
         for (i, kind) in kinds.iter().enumerate() {
             ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
@@ -77,14 +85,15 @@ impl LearnedSpec {
             aggregation: self.aggregation,
             history: self.history,
             bodies: self.bodies,
+            constants: self.constants.keys().cloned().collect(),
             edges: self.edges,
         };
         let mut network = Network::new(architecture, self.seed);
         if let Some(path) = &self.weights {
             network.load(path)?;
         }
-        let Self { history, bodies, radius, scale, .. } = self;
-        Ok(Learned { network, features: Features { kinds, history, bodies, radius, scale }, frame: self.frame })
+        let Self { history, bodies, constants, radius, scale, frame, .. } = self;
+        Ok(Learned { network, features: Features { kinds, history, bodies, constants, radius, scale }, frame })
     }
 }
 
@@ -117,6 +126,14 @@ impl Law for Learned {
             "the scene's bodies are numbered up to {last}, but the network tells {told} apart; set `bodies` of the learned law to {}",
             last + 1
         );
+        for path in self.features.constants.keys() {
+            let known = scene.constants.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+            ensure!(
+                scene.constants.contains_key(path),
+                "the network is told {path}, which this scene does not tell (it tells {}); let the dataset `vary` it",
+                if known.is_empty() { "nothing" } else { &known }
+            );
+        }
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Laws: whatever accelerates a particle. Written or learned, they look the same, and a hybrid is a list of both.
 use crate::graph::Graph;
-use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist, Wall};
+use crate::state::{Constants, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist, Wall};
 use glam::DVec3;
 use std::path::Path;
 
@@ -32,6 +32,8 @@ pub struct View<'a> {
     /// Their graph. For a law of [`Rate::Step`], what the model's policy drew. For a law of [`Rate::Substep`], only a half list
     /// of particle pairs, each once with receiver < sender, that holds at least all pairs within [`Law::reach`]; no nodes.
     pub graph: &'a Graph,
+    /// Constants of the materials, as far as the scene tells them.
+    pub constants: &'a Constants,
     /// Tool geometry.
     pub tool: &'a ToolShape,
     /// Pose of each part now; for a law of [`Rate::Step`], at the end of the control interval.

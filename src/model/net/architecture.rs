@@ -35,13 +35,16 @@ pub struct Architecture {
     /// Number of bodies told apart; with 1 all are alike.
     #[serde(default = "one")]
     pub bodies: usize,
+    /// Constants of the scene that every particle is told, in order.
+    #[serde(default)]
+    pub constants: Vec<String>,
     /// Names of the edge kinds that have an edge network, in order.
     pub edges: Vec<String>,
 }
 
-/// Numbers a node where so many velocities are seen and so many bodies told apart.
-pub(super) fn node_features(history: usize, bodies: usize) -> usize {
-    NODE_FEATURES + told_apart(bodies) + 3 * (history - 1)
+/// Numbers a node where so many velocities are seen, so many bodies told apart and so many constants told.
+pub(super) fn node_features(history: usize, bodies: usize, constants: usize) -> usize {
+    NODE_FEATURES + told_apart(bodies) + 3 * (history - 1) + constants
 }
 
 /// Numbers of a node that say which of `bodies` it belongs to: none where there is nothing to tell apart.
@@ -125,7 +128,7 @@ impl Architecture {
 
     /// Numbers a node.
     pub fn node_features(&self) -> usize {
-        node_features(self.history, self.bodies)
+        node_features(self.history, self.bodies, self.constants.len())
     }
 
     /// Number of weights.

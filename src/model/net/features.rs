@@ -5,6 +5,7 @@ use crate::graph::{EDGE_KINDS, Window};
 use crate::model::law::{View, ViewGrad};
 use crate::state::{Pose, SurfacePoint, Twist, Wall};
 use glam::DVec3;
+use indexmap::IndexMap;
 use std::sync::Arc;
 
 /// How a scene becomes the network's input; every feature is unchanged by a shift along the table.
@@ -16,6 +17,8 @@ pub(crate) struct Features {
     pub(crate) history: usize,
     /// Number of bodies told apart.
     pub(crate) bodies: usize,
+    /// Constants that particles and roots are told, each with the range that becomes −1 to 1.
+    pub(crate) constants: IndexMap<String, [f64; 2]>,
     /// Radius R at which a message has faded to zero \[m\].
     pub(crate) radius: f64,
     /// Displacement that counts as one \[m\].
@@ -143,7 +146,12 @@ impl Features {
         let (planes, count) = (nodes.first_plane(), nodes.positions.len());
         let (bodies, of) = (told_apart(self.bodies), view.graph.nodes.roots().with_bodies(view.body));
         let past: Vec<_> = self.past(view).map(|velocities| view.graph.nodes.roots().with_means(velocities)).collect();
-        let mut rows = Vec::with_capacity(count * node_features(self.history, self.bodies));
+        let constant = |(path, [low, high]): (&String, &[f64; 2])| {
+            let value = view.constants.get(path).copied().unwrap_or(0.5 * (low + high));
+            (2.0 * (value - low) / (high - low) - 1.0) as f32
+        };
+        let constants: Vec<f32> = self.constants.iter().map(constant).collect();
+        let mut rows = Vec::with_capacity(count * self.width());
         for row in 0..count {
             push(&mut rows, nodes.velocities[row] * per_speed);
             // A root has none of the roles.
@@ -155,9 +163,15 @@ impl Features {
             rows.extend((0..bodies).map(|body| if own(body) { 1.0 } else { 0.0 }));
             let before = past.iter().map(|velocities| velocities.get(row).copied().unwrap_or_default());
             before.for_each(|velocity| push(&mut rows, velocity * per_speed));
+            rows.extend(constants.iter().map(|constant| if row < receivers { *constant } else { 0.0 }));
         }
         let edges = self.kinds.iter().map(|&kind| self.edges(view, &nodes, kind, per_speed)).collect();
         Input { particles, receivers, nodes: rows, edges }
+    }
+
+    /// Numbers a node.
+    fn width(&self) -> usize {
+        node_features(self.history, self.bodies, self.constants.len())
     }
 
     /// The velocities of the past that are seen.
@@ -205,7 +219,7 @@ impl Features {
         let mut at_nodes = nodes.zero();
         let first = NODE_FEATURES + told_apart(self.bodies);
         let mut at_past: Vec<_> = self.past(view).map(|_| vec![DVec3::ZERO; receivers]).collect();
-        for (row, g) in at.nodes.chunks_exact(node_features(self.history, self.bodies)).enumerate() {
+        for (row, g) in at.nodes.chunks_exact(self.width()).enumerate() {
             at_nodes.velocities[row] += read(&g[..3]) * per_speed;
             if row < receivers {
                 at_nodes.positions[row].z += f64::from(g[6]) * self.height(nodes.positions[row].z).1;

@@ -3,7 +3,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Numbers a node that every network reads: velocity (3), role (3), height (1), normal (3); where bodies are told apart, one a body
-/// follows, and where the past is seen, three a velocity.
+/// follows, where the past is seen, three a velocity, and one a constant of the scene.
 pub(super) const NODE_FEATURES: usize = 10;
 /// Numbers an edge: offset (3), distance (1), sender's normal (3), relative displacement (3).
 pub(super) const EDGE_FEATURES: usize = 10;

@@ -117,8 +117,10 @@ fn network(sharing: Sharing, width: usize) -> Network {
 
 fn network_with(aggregation: Aggregation, sharing: Sharing, width: usize) -> Network {
     let edges = ["particle", "tool", "floor"].map(str::to_owned).to_vec();
-    let mut network =
-        Network::new(Architecture { width, rounds: 2, sharing, aggregation, history: 1, bodies: 1, edges }, 3);
+    let mut network = Network::new(
+        Architecture { width, rounds: 2, sharing, aggregation, history: 1, bodies: 1, constants: Vec::new(), edges },
+        3,
+    );
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let shaken: Vec<f32> = network.weights().iter().map(|w| w + rng.random_range(-0.1..0.1)).collect();
     network.set_weights(&shaken);

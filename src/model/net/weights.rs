@@ -79,9 +79,11 @@ fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32
 }
 
 fn sentence(a: &Architecture) -> String {
-    let Architecture { width, rounds, sharing, aggregation, history, bodies, edges } = a;
+    let Architecture { width, rounds, sharing, aggregation, history, bodies, constants, edges } = a;
     format!(
-        "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, {history} velocities seen, {bodies} bodies told apart, edge kinds [{}]",
+        "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, {history} velocities seen, {bodies} bodies told apart, constants [{}], \
+         edge kinds [{}]",
+        constants.join(", "),
         edges.join(", ")
     )
 }

@@ -70,8 +70,9 @@ impl<'a> Interval<'a> {
 
     /// What a law sees.
     pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
-        let ParticleState { past, body, walls, tool, interval, .. } = self.state;
-        View { particles, past, body, walls, graph, tool, poses, twists: &self.twists, interval: *interval }
+        let ParticleState { past, body, walls, constants, tool, interval, .. } = self.state;
+        let twists = &self.twists;
+        View { particles, past, body, walls, constants, graph, tool, poses, twists, interval: *interval }
     }
 
     /// How far the tool has come in substep `k`, of the way from its start to its end.

@@ -1,6 +1,6 @@
 //! What a particle model carries from step to step.
 use crate::graph::{GraphPolicy, Skeleton};
-use crate::state::{Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
+use crate::state::{Constants, Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub struct ParticleState {
     pub(super) rigid: Arc<[Vec<u32>]>,
     /// Walls around the table.
     pub(super) walls: Arc<[Wall]>,
+    /// Constants of the materials.
+    pub(super) constants: Arc<Constants>,
     /// Tool geometry.
     pub(super) tool: Arc<ToolShape>,
     /// What the model's graph keeps from the start.
@@ -63,6 +65,7 @@ impl ParticleState {
             body,
             rigid: rigid.into(),
             walls: Arc::clone(&scene.walls),
+            constants: Arc::clone(&scene.constants),
             tool: Arc::clone(&scene.tool),
             poses: scene.poses.clone(),
             interval: scene.interval,
@@ -79,6 +82,7 @@ impl ParticleState {
             body: Arc::clone(&self.body),
             rigid: Arc::clone(&self.rigid),
             walls: Arc::clone(&self.walls),
+            constants: Arc::clone(&self.constants),
             tool: Arc::clone(&self.tool),
             skeleton: Arc::clone(&self.skeleton),
             poses: control.poses.clone(),
