@@ -29,7 +29,7 @@
 //! | [`tool`] | motion primitives: θ in a box becomes a path of rigid parts |
 //! | [`world`] | the ground truth in Rapier: dough, grains, rigid pieces, tools, snapshots |
 //! | [`perception`] | observations → particles |
-//! | [`graph`] | typed edges between particles, tool and floor, and roots over the particles |
+//! | [`graph`] | typed edges between particles, tool, walls and floor; roots over the particles, bonds between them |
 //! | [`model`] | world models: laws, written or learned, and their exact gradients |
 //! | [`data`] | episodes on disk |
 //! | [`metric`] | distances between shapes, what they share, and the costs made of them |

@@ -18,8 +18,8 @@ impl Episode {
     /// Reads the episode file at `path`, made with the tool called `tool`.
     ///
     /// Arrays: `positions` (H + 1, N, 3) float32 \[m\]; `tool_poses` (H + 1, parts, 7) float64, x y z \[m\] and the unit
-    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\]; `body` (N) int32, left out where all are 0; `walls` (W, 4) float64, a unit
-    /// normal into the room and its product with the points of the wall \[m\], left out where there are none.
+    /// quaternion x y z w; `theta` (d) float64; `interval` () float64 \[s\]; `body` (N) int32, left out where all are 0; `walls`
+    /// (W, 4) float64, a unit normal into the room and its product with the points of the wall \[m\], left out where there are none.
     ///
     /// # Errors
     /// When the file is missing or truncated, an array is missing or of another shape or type, a number is not finite, a

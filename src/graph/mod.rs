@@ -1,7 +1,7 @@
 //! Graphs over particles: typed edges, and the policies that draw them.
 //!
-//! Nodes are numbered `[particles | roots | tool surface samples | walls | floor]`; edges of one kind form one [`EdgeSet`], sorted by receiver
-//! and then by the sender's place, so that every neighbour sum runs in one fixed order.
+//! Nodes are numbered `[particles | roots | tool surface samples | walls | floor]`; edges of one kind form one [`EdgeSet`], sorted by
+//! receiver and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::Particles;
 
 mod fixed;

@@ -3,13 +3,14 @@
 //! ```text
 //! h⁰ᵢ = MLP_enc(nodeᵢ)
 //! mᵢⱼ = c w(rᵢⱼ) MLP_k([hᵢ, hⱼ, fᵢⱼ])        one edge network a kind k
-//! hᵢ ← hᵢ + MLP_u([hᵢ, Σ_k Σ_j mᵢⱼ])           particles only; tool samples and the floor keep h⁰
+//! hᵢ ← hᵢ + MLP_u([hᵢ, Σ_k Σ_j mᵢⱼ])           particles and roots; tool, walls and floor keep h⁰
 //! out_i = MLP_dec(hᵢ) ∈ ℝ³
 //! ```
 //!
-//! [`Aggregation`] says what may stand for the sum of messages. Interaction networks (Battaglia et al. 2016) with the encode–process–decode layout of Sanchez-Gonzalez et al. 2020. The
-//! window w reaches zero with zero slope at the graph's radius, so that outputs stay continuous and differentiable when an
-//! edge appears or vanishes. Operations run on one thread and share nothing, so callers parallelise over rollouts.
+//! [`Aggregation`] says what may stand for the sum of messages. Interaction networks (Battaglia et al. 2016) with the
+//! encode–process–decode layout of Sanchez-Gonzalez et al. 2020. The window w reaches zero with zero slope at the graph's radius, so
+//! that outputs stay continuous and differentiable when an edge appears or vanishes; edges of roots and bonds have no window.
+//! Operations run on one thread and share nothing, so callers parallelise over rollouts.
 mod aggregation;
 mod architecture;
 mod dense;
