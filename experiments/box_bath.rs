@@ -1,7 +1,7 @@
 //! Claim: a graph network trained on four recordings of a cube dropped into a bath predicts two others with less than a tenth of the
 //! mean squared error of ballistic flight, and roots over the cube lower it.
 //!
-//! Command: `cargo run --release --bin experiments -- box_bath recordings=../shared/data/boxbath`, about 40 minutes. Table:
+//! Command: `cargo run --release --bin experiments -- box_bath recordings=../shared/data/boxbath`, about 30 minutes. Table:
 //! `paper/tables/box_bath.tex`.
 use crate::claim::{Experiment, Rows, Size, number};
 use glam::DVec3;
@@ -18,7 +18,7 @@ use std::path::Path;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "box_bath",
     claim: "on recordings of a cube in a bath a graph network has less than a tenth of the error of ballistic flight",
-    duration: "about 40 minutes",
+    duration: "about 30 minutes",
     rows: Rows::Recorded(measure),
     table,
 };
