@@ -24,7 +24,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
 };
 
 /// The models, files of `configs/model`.
-const MODELS: [&str; 2] = ["bath", "bath_roots"];
+const MODELS: [&str; 3] = ["bath", "bath_roots", "bath_held"];
 
 /// What makes the fit of either tiny.
 const SMALL_FIT: [&str; 3] = ["train.bath.steps=2", "train.bath_unrolled.steps=2", "train.bath_unrolled.horizon=3"];
@@ -125,6 +125,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
              95 % interval over fits"
                 .into(),
             "÷ ballistic: of the worst fit; the claim is that it is below 0.1. No recording of those two chose anything".into(),
+            "bath_roots: with roots over the cube; bath_held: beside a written law of floor and walls".into(),
             "replay: a training recording told as the prediction, the mean over all pairs; all recordings start from the same block of \
              water and differ in where the cube drops"
                 .into(),
