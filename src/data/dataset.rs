@@ -97,12 +97,12 @@ impl DatasetSpec {
         vary::with(self.listed(k), &self.constants_of(k))
     }
 
-    /// What [`vary`] draws for episode `k`.
+    /// What [`DatasetSpec::vary`] draws for episode `k`.
     pub fn constants_of(&self, k: usize) -> Constants {
         vary::drawn(&self.vary, self.seed, k)
     }
 
-    /// What the scene itself has in the places that [`vary`] draws for: the constants of the world that is planned in.
+    /// What the scene itself has in the places that [`DatasetSpec::vary`] draws for: the constants of the world that is planned in.
     pub fn constants(&self) -> Constants {
         vary::own(&self.vary, &self.scene)
     }
