@@ -138,7 +138,7 @@ impl Trainer {
         let (spec, step) = (&self.spec, state.step + 1);
         let mut rng = ChaCha8Rng::seed_from_u64(spec.seed);
         rng.set_stream(step);
-        let batch: Vec<(usize, Window<'_>)> = (0..spec.batch)
+        let (episodes, batch): (Vec<usize>, Vec<Window<'_>>) = (0..spec.batch)
             .map(|_| {
                 let (episode, mut window) = windows.draw(spec.moving, &mut rng);
                 window.turn(rng.random_range(-1.0..=1.0) * spec.turn);
@@ -146,17 +146,17 @@ impl Trainer {
                 window.shorten(spec.length_at(step));
                 (episode, window)
             })
-            .collect();
+            .unzip();
         let fixed = &*model;
         let gradients: Option<Vec<_>> = batch
-            .par_iter()
-            .map(|(_, window)| {
-                let part = spec.unroll.part(fixed, window.clone());
+            .into_par_iter()
+            .map(|window| {
+                let part = spec.unroll.part(fixed, window);
                 fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))
             })
             .collect();
         let gradients = gradients.context("the model has no derivatives, so it cannot be trained")?;
-        let share = 1.0 / batch.len() as f64;
+        let share = 1.0 / gradients.len() as f64;
         let loss = share * gradients.iter().map(|g| g.cost).sum::<f64>();
         let mut sum = vec![0.0_f32; state.weights.len()];
         for gradient in &gradients {
@@ -164,7 +164,7 @@ impl Trainer {
         }
         let norm = clip(&mut sum, spec.clip);
         if !loss.is_finite() || !norm.is_finite() {
-            let mut episodes: Vec<String> = batch.iter().map(|(e, _)| e.to_string()).collect();
+            let mut episodes: Vec<String> = episodes.iter().map(usize::to_string).collect();
             episodes.dedup();
             anyhow::bail!(
                 "training stopped before step {step}: its loss is {loss} and its gradient's length {norm} (training \
