@@ -58,6 +58,6 @@ pub trait Adjoint<S> {
     fn step_vjp(&self, state: &S, control: &Control, next: &[f64], weights: &mut [f32]) -> (Vec<f64>, ControlGrad);
     /// `∂J/∂x` from `∂J/∂particles`.
     fn decode_vjp(&self, state: &S, particles: &ParticlesGrad) -> Vec<f64>;
-    /// `∂J/∂scene` from `∂J/∂x₀`, `start` being the encoded scene.
-    fn encode_vjp(&self, start: &S, at_start: &[f64]) -> SceneGrad;
+    /// `∂J/∂scene` from `∂J/∂x₀`, `start` being the encoded scene; adds `∂J/∂weights` to `weights` unless that slice is empty.
+    fn encode_vjp(&self, start: &S, at_start: &[f64], weights: &mut [f32]) -> SceneGrad;
 }

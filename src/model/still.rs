@@ -58,7 +58,7 @@ impl Adjoint<StillState> for Still {
         particles.positions.iter().chain(&particles.velocities).flat_map(|v| v.to_array()).collect()
     }
 
-    fn encode_vjp(&self, start: &StillState, at_start: &[f64]) -> SceneGrad {
+    fn encode_vjp(&self, start: &StillState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
         let rows: Vec<DVec3> = at_start.chunks_exact(3).map(DVec3::from_slice).collect();
         let (positions, velocities) = rows.split_at(start.particles.len());
         let particles = ParticlesGrad { positions: positions.to_vec(), velocities: velocities.to_vec() };

@@ -132,6 +132,6 @@ fn sweep<D: Dynamics>(
         at_state = pull(t);
         at_state.iter_mut().zip(&back).for_each(|(a, b)| *a += b);
     }
-    let scene = adjoint.encode_vjp(&states[0], &at_state);
+    let scene = adjoint.encode_vjp(&states[0], &at_state, &mut weights);
     Some(Gradient { cost: cost.total(&decoded), scene, controls: at_controls, weights })
 }

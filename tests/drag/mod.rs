@@ -76,7 +76,7 @@ impl Adjoint<Dragged> for Drag {
     fn decode_vjp(&self, _: &Dragged, particles: &ParticlesGrad) -> Vec<f64> {
         particles.positions.iter().flat_map(|p| p.to_array()).chain([0.0; 6]).collect()
     }
-    fn encode_vjp(&self, start: &Dragged, at_start: &[f64]) -> SceneGrad {
+    fn encode_vjp(&self, start: &Dragged, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
         let (places, pose) = at_start.split_at(3 * start.positions.len());
         let mut particles = ParticlesGrad::zero(start.positions.len());
         particles.positions.iter_mut().zip(places.chunks(3)).for_each(|(p, g)| *p = DVec3::from_slice(g));

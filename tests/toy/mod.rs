@@ -124,7 +124,7 @@ impl Adjoint<ToyState> for Toy {
         particles.positions.iter().chain(&particles.velocities).flat_map(|v| v.to_array()).collect()
     }
 
-    fn encode_vjp(&self, start: &ToyState, _: &[f64]) -> SceneGrad {
+    fn encode_vjp(&self, start: &ToyState, _: &[f64], _: &mut [f32]) -> SceneGrad {
         SceneGrad { particles: ParticlesGrad::zero(start.particles.len()), poses: vec![PoseGrad::default()] }
     }
 }

@@ -1,11 +1,10 @@
-//! The shapes of a network's weights, their names and how they start.
+//! What fixes a message-passing network's weights: their shapes and names.
 use super::Aggregation;
 use super::input::{EDGE_FEATURES, NODE_FEATURES};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use super::parameters::{ACTIVE_GAIN, Perceptron, Slots};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Whether the rounds of message passing use the same weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -56,21 +55,6 @@ fn one() -> usize {
     1
 }
 
-/// One weight matrix (a bias is a matrix of one row).
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Slot {
-    pub(super) name: String,
-    pub(super) shape: (usize, usize),
-    deviation: f64,
-}
-
-/// Places in the list of slots of a two-layer perceptron.
-#[derive(Clone, Debug)]
-pub(super) struct Perceptron {
-    pub(super) first: (usize, usize),
-    pub(super) last: (usize, usize),
-}
-
 /// Places of an edge network's three layers; the last has no bias, a constant hidden unit stands in for it.
 #[derive(Clone, Debug)]
 pub(super) struct EdgeNetwork {
@@ -86,10 +70,9 @@ pub(super) struct Round {
     pub(super) update: Perceptron,
 }
 
-/// Every weight matrix in the order of the flat layout, and where each block finds its own.
+/// Where each block finds its weights.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    pub(super) slots: Vec<Slot>,
     pub(super) encoder: Perceptron,
     /// One entry a set of weights: a single one when rounds share.
     pub(super) rounds: Vec<Round>,
@@ -97,9 +80,10 @@ pub(super) struct Layout {
 }
 
 impl Architecture {
-    pub(super) fn layout(&self) -> Layout {
+    /// Every weight matrix, and where each block finds its own.
+    pub(super) fn layout(&self) -> (Slots, Layout) {
         let w = self.width;
-        let mut slots = Slots(Vec::new());
+        let mut slots = Slots::default();
         let encoder = slots.perceptron("node", self.node_features(), w, w, 1.0);
         let sets = match self.sharing {
             Sharing::Shared => 1,
@@ -123,7 +107,7 @@ impl Architecture {
         };
         let rounds = (0..sets).map(round).collect();
         let decoder = slots.perceptron("decoder", w, w, 3, 0.0);
-        Layout { slots: slots.0, encoder, rounds, decoder }
+        (slots, Layout { encoder, rounds, decoder })
     }
 
     /// Numbers a node.
@@ -133,54 +117,19 @@ impl Architecture {
 
     /// Number of weights.
     pub fn weight_count(&self) -> usize {
-        self.layout().slots.iter().map(Slot::len).sum()
+        self.layout().0.count()
     }
 }
 
-/// `1/σ` of a squareplus of a standard normal variable: restores unit variance behind the activation.
-const ACTIVE_GAIN: f64 = 1.852_76;
-
-struct Slots(Vec<Slot>);
-
-impl Slots {
-    /// `deviation = gain/√fan_in` keeps the variance of unit inputs (He et al. 2015, eq. 10, for our activation).
-    fn matrix(&mut self, name: &str, rows: usize, columns: usize, gain: f64) -> usize {
-        let deviation = gain / (rows as f64).sqrt();
-        self.0.push(Slot { name: name.to_owned(), shape: (rows, columns), deviation });
-        self.0.len() - 1
-    }
-
-    fn layer(&mut self, name: &str, inputs: usize, outputs: usize, gain: f64) -> (usize, usize) {
-        let weight = self.matrix(&format!("{name}.weight"), inputs, outputs, gain);
-        (weight, self.matrix(&format!("{name}.bias"), 1, outputs, 0.0))
-    }
-
-    fn perceptron(&mut self, name: &str, inputs: usize, width: usize, outputs: usize, last: f64) -> Perceptron {
-        Perceptron {
-            first: self.layer(&format!("{name}.first"), inputs, width, 1.0),
-            last: self.layer(&format!("{name}.last"), width, outputs, last * ACTIVE_GAIN),
-        }
-    }
-}
-
-impl Slot {
-    pub(super) fn len(&self) -> usize {
-        self.shape.0 * self.shape.1
-    }
-}
-
-impl Layout {
-    /// Normal weights from one ChaCha8 stream in the order of the layout; biases and the decoder's last layer are zero.
-    pub(super) fn start(&self, seed: u64) -> Vec<Vec<f32>> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut draw = |deviation: f64| -> f32 {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            (deviation * normal) as f32
-        };
-        let fill = |slot: &Slot| match slot.deviation {
-            0.0 => vec![0.0; slot.len()],
-            deviation => (0..slot.len()).map(|_| draw(deviation)).collect(),
-        };
-        self.slots.iter().map(fill).collect()
+impl fmt::Display for Architecture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { width, rounds, sharing, aggregation, history, bodies, constants, edges } = self;
+        write!(
+            f,
+            "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, {history} velocities seen, {bodies} bodies \
+             told apart, constants [{}], edge kinds [{}]",
+            constants.join(", "),
+            edges.join(", ")
+        )
     }
 }

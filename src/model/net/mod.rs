@@ -20,6 +20,7 @@ mod message;
 #[cfg(test)]
 mod naive;
 mod network;
+mod parameters;
 mod product;
 mod record;
 mod squareplus;

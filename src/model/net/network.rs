@@ -1,19 +1,20 @@
 //! The network's weights, its forward pass and its vector–Jacobian product.
-use super::architecture::{Architecture, Layout, Perceptron, Round};
+use super::architecture::{Architecture, Layout, Round};
 use super::dense::{Finish, dense};
 use super::input::{EDGE_FEATURES, Edges, EdgesGrad, Input, InputGrad};
 use super::message::{EdgeInput, Weights, message};
+use super::parameters::{Parameters, Perceptron};
 use super::record::{Matrix, Record, Wanted, entries};
-use dfdx::prelude::{
-    Backward, Cpu, CpuError, Gradients, HasShape, NoneTape, OwnedTape, PutTape, Rank0, SumTo, Tape, TensorFromVec,
-};
+use super::weights::{load, save};
+use dfdx::prelude::{Cpu, CpuError, Gradients, HasShape, NoneTape, OwnedTape, Tape};
+use std::path::Path;
 
 /// A typed message-passing network: nodes and edges in, three numbers a particle out.
 #[derive(Clone, Debug)]
 pub struct Network {
     architecture: Architecture,
     layout: Layout,
-    weights: Vec<Matrix>,
+    weights: Parameters,
 }
 
 /// How many rows, from the first, get an output, and how many get messages.
@@ -31,12 +32,8 @@ struct Leaves {
 impl Network {
     /// A network whose weights are drawn from the stream of `seed`; its output is zero until the last layer is trained.
     pub fn new(architecture: Architecture, seed: u64) -> Self {
-        let layout = architecture.layout();
-        let device = Cpu::default();
-        let matrix =
-            |(values, slot): (Vec<f32>, &super::architecture::Slot)| device.tensor_from_vec(values, slot.shape);
-        let weights = layout.start(seed).into_iter().zip(&layout.slots).map(matrix).collect();
-        Self { architecture, layout, weights }
+        let (slots, layout) = architecture.layout();
+        Self { architecture, layout, weights: Parameters::new(slots, seed) }
     }
 
     /// What fixes the shapes of the weights.
@@ -46,7 +43,7 @@ impl Network {
 
     /// All weights, flat, matrix after matrix in row-major order.
     pub fn weights(&self) -> Vec<f32> {
-        self.weights.iter().flat_map(|w| entries(w).iter().copied()).collect()
+        self.weights.flat()
     }
 
     /// Whether the output is zero whatever the input: the last layer is still what it starts as.
@@ -60,18 +57,30 @@ impl Network {
     /// # Panics
     /// When their number is not [`Architecture::weight_count`].
     pub fn set_weights(&mut self, weights: &[f32]) {
-        assert_eq!(weights.len(), self.architecture.weight_count(), "as many weights as the architecture has");
-        let mut rest = weights;
-        for (matrix, slot) in self.weights.iter_mut().zip(&self.layout.slots) {
-            let (own, after) = rest.split_at(slot.len());
-            matrix.copy_from(own);
-            rest = after;
-        }
+        self.weights.replace(weights);
     }
 
-    /// Each weight matrix with its name and shape, in the order of the flat layout.
+    /// Each weight matrix with its name and shape, in the order of the flat list.
+    #[cfg(test)]
     pub(super) fn named(&self) -> impl Iterator<Item = (&str, (usize, usize), &[f32])> {
-        self.layout.slots.iter().zip(&self.weights).map(|(slot, w)| (slot.name.as_str(), slot.shape, entries(w)))
+        self.weights.named()
+    }
+
+    /// Writes every weight matrix by name, whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
+        save(&self.weights, &self.architecture, path)
+    }
+
+    /// Replaces the weights by those of a file that [`Network::save`] wrote for an equal architecture.
+    ///
+    /// # Errors
+    /// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of
+    /// another architecture; the weights are then left as they were.
+    pub fn load(&mut self, path: &Path) -> anyhow::Result<()> {
+        load(&mut self.weights, &self.architecture, path)
     }
 
     /// The output, (N, 3) row-major.
@@ -90,9 +99,8 @@ impl Network {
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
         let (rows, leaves) = self.leaves(&record, input);
         let output = self.run(&mut record, &rows, &leaves);
-        let cotangent = record.matrix(at_output.to_vec(), 3);
         let rows = entries(&output).to_vec();
-        let mut grads = (output.put_tape(record.tape) * cotangent).sum::<Rank0, _>().backward();
+        let mut grads = record.backward(output, at_output);
         let grad = self.collect(&mut grads, &leaves, weights);
         (rows, grad.expect("gradients of tensors that were just used fit in memory"))
     }
@@ -103,15 +111,7 @@ impl Network {
         leaves: &Leaves,
         weights: &mut [f32],
     ) -> Result<InputGrad, CpuError> {
-        if !weights.is_empty() {
-            let mut rest = weights;
-            for matrix in &self.weights {
-                let own = grads.get_or_alloc_mut(matrix)?;
-                let (head, tail) = rest.split_at_mut(own.len());
-                head.iter_mut().zip(own.iter()).for_each(|(w, g)| *w += g);
-                rest = tail;
-            }
-        }
+        self.weights.collect(grads, weights)?;
         let mut take = |leaf: &Matrix| Ok(std::mem::take(&mut **grads.get_or_alloc_mut(leaf)?));
         let nodes = take(&leaves.nodes)?;
         let edge = |e: &EdgeInput| Ok(EdgesGrad { features: take(&e.features)?, window: take(&e.window)? });
@@ -154,8 +154,8 @@ impl Network {
             }
         }
         let width = self.architecture.width;
-        let (weight, bias) = round.update.first;
-        let (weight, bias) = (&self.weights[weight], Some(&self.weights[bias]));
+        let (weight, bias) = self.weights.layer(round.update.first);
+        let bias = Some(bias);
         // Without edges the sum of messages is exactly zero and its product is left out.
         let inner = if sums.is_empty() {
             dense(record, receivers, &[(nodes, weight, 0)], bias, Finish::Squareplus)
@@ -169,8 +169,8 @@ impl Network {
     }
 
     fn layer<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: usize, x: &Matrix, p: &Perceptron) -> Matrix {
-        let (weight, bias) = p.first;
-        dense(record, rows, &[(x, &self.weights[weight], 0)], Some(&self.weights[bias]), Finish::Squareplus)
+        let (weight, bias) = self.weights.layer(p.first);
+        dense(record, rows, &[(x, weight, 0)], Some(bias), Finish::Squareplus)
     }
 
     fn last<T: Tape<f32, Cpu>>(
@@ -181,8 +181,8 @@ impl Network {
         p: &Perceptron,
         finish: Finish<'_>,
     ) -> Matrix {
-        let (weight, bias) = p.last;
-        dense(record, rows, &[(x, &self.weights[weight], 0)], Some(&self.weights[bias]), finish)
+        let (weight, bias) = self.weights.layer(p.last);
+        dense(record, rows, &[(x, weight, 0)], Some(bias), finish)
     }
 
     fn leaves<T: Tape<f32, Cpu>>(&self, record: &Record<T>, input: Input) -> (Rows, Leaves) {

@@ -1,5 +1,7 @@
 //! Where operations write down how to undo themselves: dfdx's tape, and what is wanted from it.
-use dfdx::prelude::{Cpu, Gradients, HasShape, NoneTape, Tape, Tensor, TensorFromVec};
+use dfdx::prelude::{
+    Backward, Cpu, Gradients, HasShape, NoneTape, OwnedTape, PutTape, Rank0, SumTo, Tape, Tensor, TensorFromVec,
+};
 
 /// A matrix on dfdx's CPU.
 pub(super) type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
@@ -30,6 +32,14 @@ impl<T: Tape<f32, Cpu>> Record<T> {
     pub(super) fn matrix(&self, rows: Vec<f32>, columns: usize) -> Matrix {
         let count = rows.len() / columns;
         self.device.tensor_from_vec(rows, (count, columns))
+    }
+}
+
+impl Record<OwnedTape<f32, Cpu>> {
+    /// Derivatives of `output · at_output` by all that was recorded.
+    pub(super) fn backward(self, output: Matrix, at_output: &[f32]) -> Gradients<f32, Cpu> {
+        let cotangent = self.matrix(at_output.to_vec(), output.shape().1);
+        (output.put_tape(self.tape) * cotangent).sum::<Rank0, _>().backward()
     }
 }
 

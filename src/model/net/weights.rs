@@ -1,65 +1,70 @@
 //! Weights on disk: safetensors with one named matrix a layer, and the architecture as metadata.
-use super::{Architecture, Network};
+use super::parameters::Parameters;
 use crate::config::write_whole;
 use anyhow::{Context, bail, ensure};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::fs;
 use std::path::Path;
 
 const ARCHITECTURE: &str = "architecture";
 
-impl Network {
-    /// Writes every weight matrix by name, whole or not at all.
-    ///
-    /// # Errors
-    /// When the file cannot be written.
-    pub fn save(&self, path: &Path) -> anyhow::Result<()> {
-        let matrices: Vec<(&str, (usize, usize), Vec<u8>)> = self
-            .named()
-            .map(|(name, shape, values)| (name, shape, values.iter().flat_map(|x| x.to_le_bytes()).collect()))
-            .collect();
-        let views = matrices.iter().map(|(name, (rows, columns), bytes)| {
-            let view = TensorView::new(Dtype::F32, vec![*rows, *columns], bytes);
-            (*name, view.expect("as many bytes as the shape says"))
-        });
-        let metadata = HashMap::from([(ARCHITECTURE.to_owned(), serde_json::to_string(self.architecture())?)]);
-        let bytes = serialize(views, Some(metadata)).with_context(|| format!("cannot encode {}", path.display()))?;
-        write_whole(path, &bytes)
-    }
-
-    /// Replaces the weights by those of a file that [`Network::save`] wrote for an equal architecture.
-    ///
-    /// # Errors
-    /// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of
-    /// another architecture; the weights are then left as they were.
-    pub fn load(&mut self, path: &Path) -> anyhow::Result<()> {
-        let bytes = fs::read(path).with_context(|| format!("cannot read the weights {}", path.display()))?;
-        let weights = read(self, &bytes).with_context(|| format!("cannot use the weights {}", path.display()))?;
-        self.set_weights(&weights);
-        Ok(())
-    }
+/// Writes every weight matrix by name, whole or not at all.
+///
+/// # Errors
+/// When the file cannot be written.
+pub(super) fn save(weights: &Parameters, architecture: &impl Serialize, path: &Path) -> anyhow::Result<()> {
+    let matrices: Vec<(&str, (usize, usize), Vec<u8>)> = weights
+        .named()
+        .map(|(name, shape, values)| (name, shape, values.iter().flat_map(|x| x.to_le_bytes()).collect()))
+        .collect();
+    let views = matrices.iter().map(|(name, (rows, columns), bytes)| {
+        let view = TensorView::new(Dtype::F32, vec![*rows, *columns], bytes);
+        (*name, view.expect("as many bytes as the shape says"))
+    });
+    let metadata = HashMap::from([(ARCHITECTURE.to_owned(), serde_json::to_string(architecture)?)]);
+    let bytes = serialize(views, Some(metadata)).with_context(|| format!("cannot encode {}", path.display()))?;
+    write_whole(path, &bytes)
 }
 
-fn read(network: &Network, bytes: &[u8]) -> anyhow::Result<Vec<f32>> {
+/// Replaces the weights by those of a file that [`save`] wrote for an equal architecture.
+///
+/// # Errors
+/// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of another
+/// architecture; the weights are then left as they were.
+pub(super) fn load<A>(weights: &mut Parameters, architecture: &A, path: &Path) -> anyhow::Result<()>
+where
+    A: DeserializeOwned + PartialEq + Display,
+{
+    let bytes = fs::read(path).with_context(|| format!("cannot read the weights {}", path.display()))?;
+    let read = read(weights, architecture, &bytes);
+    weights.replace(&read.with_context(|| format!("cannot use the weights {}", path.display()))?);
+    Ok(())
+}
+
+fn read<A>(expected: &Parameters, architecture: &A, bytes: &[u8]) -> anyhow::Result<Vec<f32>>
+where
+    A: DeserializeOwned + PartialEq + Display,
+{
     let damaged = "the file is not whole safetensors; train again or copy it again";
     let (_, header) = SafeTensors::read_metadata(bytes).context(damaged)?;
     let stored = header.metadata().as_ref().and_then(|m| m.get(ARCHITECTURE));
-    let stored = stored.and_then(|text| serde_json::from_str::<Architecture>(text).ok());
-    let expected = network.architecture();
+    let stored = stored.and_then(|text| serde_json::from_str::<A>(text).ok());
     let file = SafeTensors::deserialize(bytes).context(damaged)?;
-    let weights = matrices(network, &file);
-    if let Some(stored) = stored.filter(|s| s != expected) {
-        let story =
-            format!("the file holds weights of {}, but the config asks for {}", sentence(&stored), sentence(expected));
+    let weights = matrices(expected, &file).with_context(|| format!("the config asks for {architecture}"));
+    if let Some(stored) = stored.filter(|s| s != architecture) {
+        let story = format!("the file holds weights of {stored}, but the config asks for {architecture}");
         return weights.and_then(|_| bail!("the shapes fit, but not what is done with them")).context(story);
     }
     weights
 }
 
-fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32>> {
-    let mut weights = Vec::with_capacity(network.architecture().weight_count());
-    for (name, (rows, columns), _) in network.named() {
+fn matrices(expected: &Parameters, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32>> {
+    let mut weights = Vec::with_capacity(expected.count());
+    for (name, (rows, columns), _) in expected.named() {
         let found = file.tensor(name).ok();
         let found = found.with_context(|| format!("{name} is missing; expected shape [{rows}, {columns}]"))?;
         ensure!(
@@ -73,17 +78,7 @@ fn matrices(network: &Network, file: &SafeTensors<'_>) -> anyhow::Result<Vec<f32
         weights.extend(numbers);
         ensure!(weights[before..].iter().all(|x| x.is_finite()), "{name} holds a number that is not finite");
     }
-    let extra = file.names().len().saturating_sub(network.named().count());
-    ensure!(extra == 0, "the file holds {extra} matrices too many for {}", sentence(network.architecture()));
+    let extra = file.names().len().saturating_sub(expected.named().count());
+    ensure!(extra == 0, "the file holds {extra} matrices too many");
     Ok(weights)
-}
-
-fn sentence(a: &Architecture) -> String {
-    let Architecture { width, rounds, sharing, aggregation, history, bodies, constants, edges } = a;
-    format!(
-        "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, {history} velocities seen, {bodies} bodies told apart, constants [{}], \
-         edge kinds [{}]",
-        constants.join(", "),
-        edges.join(", ")
-    )
 }

@@ -132,7 +132,7 @@ impl Adjoint<ParticleState> for ParticleModel {
         StateGrad { particles, past, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
     }
 
-    fn encode_vjp(&self, start: &ParticleState, at_start: &[f64]) -> SceneGrad {
+    fn encode_vjp(&self, start: &ParticleState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
         let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start);
         let particles = ParticlesGrad {
             positions: start.scatter(&particles.positions),
