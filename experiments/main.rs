@@ -18,6 +18,7 @@ mod formula;
 mod hierarchy;
 mod horizon;
 mod hybrid;
+mod menu;
 mod metrics;
 mod network_speed;
 mod noise;
@@ -41,6 +42,7 @@ const EXPERIMENTS: &[Experiment] = &[
     radius::CLAIM,
     noise::CLAIM,
     horizon::CLAIM,
+    menu::CLAIM,
     box_bath::CLAIM,
     world::CLAIM,
     endurance::CLAIM,

@@ -1,23 +1,34 @@
 //! World models: how particles move when a tool moves.
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
+mod cotangent;
 mod dynamics;
 pub mod formula;
+pub mod height_map;
+mod latent;
 pub mod law;
+mod linear;
 pub mod net;
 mod oracle;
 pub mod particles;
 pub mod still;
+mod unet;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
+pub use latent::LatentSpec;
+pub use linear::LinearSpec;
 pub use oracle::{Oracle, OracleSpec};
+pub use unet::UNetSpec;
 pub use world_model::{Cost, Gradient, WorldModel};
 
 family! {
     /// Every model that a config can name.
     ModelSpec builds Box<dyn WorldModel> {
         Particles(particles::ParticlesSpec),
+        Latent(latent::LatentSpec),
+        Linear(linear::LinearSpec),
+        Unet(unet::UNetSpec),
         Still(still::StillSpec),
         Oracle(oracle::OracleSpec),
     }

@@ -1,4 +1,5 @@
 //! The floor of every comparison: nothing moves.
+use super::cotangent::StateGrad;
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, PoseGrad, Scene, SceneGrad};
 use glam::DVec3;
@@ -46,22 +47,19 @@ impl Dynamics for Still {
     }
 }
 
-/// Cotangents are flat: positions 3N, then velocities 3N.
 impl Adjoint<StillState> for Still {
     fn step_vjp(&self, state: &StillState, control: &Control, next: &[f64], _: &mut [f32]) -> (Vec<f64>, ControlGrad) {
-        let mut back = next.to_vec();
-        back[3 * state.particles.len()..].fill(0.0);
-        (back, ControlGrad { poses: vec![PoseGrad::default(); control.poses.len()] })
+        let mut back = StateGrad::read(next, state.particles.len(), 0);
+        back.particles.velocities.fill(DVec3::ZERO);
+        (back.flat(), ControlGrad { poses: vec![PoseGrad::default(); control.poses.len()] })
     }
 
-    fn decode_vjp(&self, _: &StillState, particles: &ParticlesGrad) -> Vec<f64> {
-        particles.positions.iter().chain(&particles.velocities).flat_map(|v| v.to_array()).collect()
+    fn decode_vjp(&self, state: &StillState, particles: &ParticlesGrad) -> Vec<f64> {
+        StateGrad::of(particles.clone(), 0, state.parts).flat()
     }
 
     fn encode_vjp(&self, start: &StillState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
-        let rows: Vec<DVec3> = at_start.chunks_exact(3).map(DVec3::from_slice).collect();
-        let (positions, velocities) = rows.split_at(start.particles.len());
-        let particles = ParticlesGrad { positions: positions.to_vec(), velocities: velocities.to_vec() };
-        SceneGrad { particles, poses: vec![PoseGrad::default(); start.parts] }
+        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start.particles.len(), 0);
+        SceneGrad { particles, poses }
     }
 }

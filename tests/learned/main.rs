@@ -220,6 +220,29 @@ fn an_edge_appears_without_a_jump_or_a_kink() {
 }
 
 #[test]
+fn what_is_behind_a_wall_still_sees_it_and_crosses_it_without_a_jump_or_a_kink() {
+    let (law, mut here) = (shaken(FrameSpec::World), Moment::random(1).walled());
+    here.tool.parts.clear();
+    here.walls.truncate(1);
+    let wall = here.walls[0];
+    let at = |distance: f64| {
+        let mut m = here.clone();
+        m.particles.positions = vec![DVec3::Z + (distance - wall.distance(DVec3::Z)) * wall.normal];
+        m.acceleration(&law)[0]
+    };
+    let free = at(1.5 * RADIUS);
+    let size = at(0.0).distance(free);
+    assert!(size > 1e-3, "the wall matters: {size}");
+    for depth in [0.5, 0.99, 3.0] {
+        assert!(at(-depth * RADIUS).distance(free) > 0.1 * size, "lost at a depth of {depth} radii");
+    }
+    let h = 1e-3 * RADIUS;
+    let (before, middle, after) = (at(h), at(0.0), at(-h));
+    assert!(before.distance(after) < 0.05 * size, "a jump");
+    assert!((before + after - 2.0 * middle).length() < 1e-3 * size, "a kink");
+}
+
+#[test]
 fn threads_share_a_law_and_an_untrained_one_is_zero() {
     let (law, here) = (shaken(FrameSpec::World), Moment::random(60));
     let alone = here.acceleration(&law);

@@ -76,6 +76,12 @@ impl Nodes {
         }
     }
 
+    /// Whether row j is a plane and row i on its far side.
+    fn is_behind(&self, i: usize, j: usize) -> bool {
+        let plane = j.checked_sub(self.first_plane());
+        plane.is_some_and(|plane| self.planes[plane].distance(self.positions[i]) < 0.0)
+    }
+
     /// Adds to `at` what follows from `∂J/∂offset` of the edge from row j to row i; for a plane at `n·x = d` the offset is
     /// `(n·xᵢ − d) n`.
     fn pull_offset(&self, (i, j): (usize, usize), back: DVec3, at: &mut Self) {
@@ -104,25 +110,33 @@ struct Reach {
     kind: Window,
     /// `x/R`, and for an edge of any length `x/√(x² + R²)`.
     offset: DVec3,
-    /// `(1 − x²/R²)²`, none beyond R; 1 for an edge of any length.
+    /// `(1 − x²/R²)²`, none beyond R; 1 for an edge of any length, and behind a plane, however far.
     window: f64,
+    /// `−R ∂window/∂x` along the offset, over its length.
+    fading: f64,
     radius: f64,
 }
 
 impl Reach {
-    fn of(kind: Window, offset: DVec3, radius: f64) -> Self {
+    fn of(kind: Window, nodes: &Nodes, (i, j): (usize, usize), radius: f64) -> Self {
+        let offset = nodes.offset(i, j);
         let square = offset.length_squared();
-        let (length, window) = match kind {
-            Window::Fading => (radius, (1.0 - square / (radius * radius)).max(0.0).powi(2)),
-            Window::Open => ((square + radius * radius).sqrt(), 1.0),
+        let (length, window, fading) = match kind {
+            // What is behind a plane must not lose sight of it.
+            Window::Fading if nodes.is_behind(i, j) => (radius, 1.0, 0.0),
+            Window::Fading => {
+                let root = (1.0 - square / (radius * radius)).max(0.0);
+                (radius, root * root, 4.0 * root)
+            }
+            Window::Open => ((square + radius * radius).sqrt(), 1.0, 0.0),
         };
-        Self { kind, offset: offset / length, window, radius }
+        Self { kind, offset: offset / length, window, fading, radius }
     }
 
     /// `∂J/∂x` from `∂J/∂offset` and `∂J/∂window`.
     fn pull(&self, at_offset: DVec3, at_window: f64) -> DVec3 {
         match self.kind {
-            Window::Fading => (at_offset - at_window * 4.0 * self.window.sqrt() * self.offset) / self.radius,
+            Window::Fading => (at_offset - at_window * self.fading * self.offset) / self.radius,
             Window::Open => {
                 let flat = (1.0 - self.offset.length_squared()).sqrt();
                 (at_offset - self.offset * self.offset.dot(at_offset)) * flat / self.radius
@@ -190,7 +204,7 @@ impl Features {
         let (mut links, mut features, mut window) = (Links::default(), Vec::new(), Vec::new());
         features.reserve(set.len() * EDGE_FEATURES);
         for (i, j) in set.pairs() {
-            let reach = Reach::of(EDGE_KINDS[kind].window(), nodes.offset(i, j), self.radius);
+            let reach = Reach::of(EDGE_KINDS[kind].window(), nodes, (i, j), self.radius);
             if reach.window > 0.0 {
                 links.receivers.push(i as u32);
                 links.senders.push(j as u32);
@@ -235,7 +249,7 @@ impl Features {
             let rows = at.features.chunks_exact(EDGE_FEATURES).zip(&at.window);
             for ((&i, &j), (g, &at_window)) in links.receivers.iter().zip(&links.senders).zip(rows) {
                 let (i, j) = (i as usize, j as usize);
-                let reach = Reach::of(window, nodes.offset(i, j), self.radius);
+                let reach = Reach::of(window, &nodes, (i, j), self.radius);
                 nodes.pull_offset((i, j), reach.pull_edge(g, at_window), &mut at_nodes);
                 at_nodes.normals[j] += read(&g[4..7]);
                 let speed = read(&g[7..]) * per_speed;

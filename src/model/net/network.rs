@@ -80,7 +80,9 @@ impl Network {
     /// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of
     /// another architecture; the weights are then left as they were.
     pub fn load(&mut self, path: &Path) -> anyhow::Result<()> {
-        load(&mut self.weights, &self.architecture, path)
+        let weights = load(&self.weights, &self.architecture, path)?;
+        self.weights.replace(&weights);
+        Ok(())
     }
 
     /// The output, (N, 3) row-major.

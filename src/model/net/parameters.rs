@@ -84,7 +84,7 @@ impl Slot {
 
 /// Weight matrices and their names.
 #[derive(Clone, Debug)]
-pub(super) struct Parameters {
+pub(crate) struct Parameters {
     slots: Slots,
     matrices: Vec<Matrix>,
 }

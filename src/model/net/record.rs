@@ -4,11 +4,11 @@ use dfdx::prelude::{
 };
 
 /// A matrix on dfdx's CPU.
-pub(super) type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
+pub(crate) type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
 
 /// Which derivatives a backward sweep should compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(crate) enum Wanted {
     /// Of inputs alone: planning.
     Inputs,
     /// Of inputs and weights: training.
@@ -16,7 +16,7 @@ pub(super) enum Wanted {
 }
 
 /// A tape and what is wanted from it; with `NoneTape` operations save nothing.
-pub(super) struct Record<T> {
+pub(crate) struct Record<T> {
     pub(super) tape: T,
     pub(super) wanted: Wanted,
     device: Cpu,

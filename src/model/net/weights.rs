@@ -30,19 +30,18 @@ pub(super) fn save(weights: &Parameters, architecture: &impl Serialize, path: &P
     write_whole(path, &bytes)
 }
 
-/// Replaces the weights by those of a file that [`save`] wrote for an equal architecture.
+/// The weights of a file that [`save`] wrote for an equal architecture.
 ///
 /// # Errors
 /// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of another
-/// architecture; the weights are then left as they were.
-pub(super) fn load<A>(weights: &mut Parameters, architecture: &A, path: &Path) -> anyhow::Result<()>
+/// architecture.
+pub(super) fn load<A>(expected: &Parameters, architecture: &A, path: &Path) -> anyhow::Result<Vec<f32>>
 where
     A: DeserializeOwned + PartialEq + Display,
 {
     let bytes = fs::read(path).with_context(|| format!("cannot read the weights {}", path.display()))?;
-    let read = read(weights, architecture, &bytes);
-    weights.replace(&read.with_context(|| format!("cannot use the weights {}", path.display()))?);
-    Ok(())
+    let read = read(expected, architecture, &bytes);
+    read.with_context(|| format!("cannot use the weights {}", path.display()))
 }
 
 fn read<A>(expected: &Parameters, architecture: &A, bytes: &[u8]) -> anyhow::Result<Vec<f32>>

@@ -1,8 +1,8 @@
 //! The adjoint of one control step, substep by substep backwards.
 use super::interval::{Interval, Substep};
-use super::state::StateGrad;
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
+use crate::model::cotangent::StateGrad;
 use crate::model::law::{Law, Rate, View, ViewGrad};
 use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
 use glam::DVec3;
@@ -77,7 +77,7 @@ impl Adjoint<ParticleState> for ParticleModel {
         let mut tape = Vec::with_capacity(self.substeps);
         interval.advance(Some(&mut tape));
 
-        let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, state);
+        let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, count, state.past.len());
         // The next state remembers this one's velocities first, and then what this one does.
         newer.push(vec![DVec3::ZERO; count]);
         let velocities = newer.remove(0);
@@ -128,12 +128,11 @@ impl Adjoint<ParticleState> for ParticleModel {
             positions: state.gather(&particles.positions),
             velocities: state.gather(&particles.velocities),
         };
-        let past = vec![vec![DVec3::ZERO; state.particles.len()]; state.past.len()];
-        StateGrad { particles, past, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
+        StateGrad::of(particles, state.past.len(), state.poses.len()).flat()
     }
 
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
-        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start);
+        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start.particles.len(), start.past.len());
         let particles = ParticlesGrad {
             positions: start.scatter(&particles.positions),
             velocities: start.scatter(&particles.velocities),

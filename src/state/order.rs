@@ -1,0 +1,40 @@
+//! The order in which a model sums over particles, which must not depend on how a scene numbers them.
+use super::Particles;
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Lexicographic in position, then velocity, then body, at the start: sums then run in an order that does not know how the scene
+/// numbered its particles, so relabelling them relabels the prediction bit for bit.
+#[derive(Clone, Debug)]
+pub struct Order(Arc<[u32]>);
+
+impl Order {
+    /// Of particles and the number of the body that each belongs to.
+    pub fn of(particles: &Particles, body: &[u32]) -> Self {
+        let key = |i: u32| {
+            let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
+            [x.x, x.y, x.z, v.x, v.y, v.z]
+        };
+        let mut order: Vec<u32> = (0..particles.len() as u32).collect();
+        order.sort_by(|&a, &b| {
+            let pairs = key(a).into_iter().zip(key(b));
+            let differ = pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
+            differ.unwrap_or_else(|| body[a as usize].cmp(&body[b as usize]))
+        });
+        Self(order.into())
+    }
+
+    /// Rows of the scene in this order.
+    pub fn gather<T: Copy>(&self, rows: &[T]) -> Vec<T> {
+        self.0.iter().map(|&i| rows[i as usize]).collect()
+    }
+
+    /// Rows of this order as the scene has them.
+    pub fn scatter(&self, rows: &[DVec3]) -> Vec<DVec3> {
+        let mut out = vec![DVec3::ZERO; rows.len()];
+        for (row, &i) in rows.iter().zip(self.0.iter()) {
+            out[i as usize] = *row;
+        }
+        out
+    }
+}
