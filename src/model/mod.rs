@@ -4,9 +4,12 @@
 mod dynamics;
 pub mod formula;
 pub mod law;
+pub mod mpm;
 pub mod net;
 mod oracle;
+mod order;
 pub mod particles;
+mod placed;
 pub mod still;
 mod world_model;
 
@@ -18,6 +21,7 @@ family! {
     /// Every model that a config can name.
     ModelSpec builds Box<dyn WorldModel> {
         Particles(particles::ParticlesSpec),
+        Mpm(mpm::MpmSpec),
         Still(still::StillSpec),
         Oracle(oracle::OracleSpec),
     }

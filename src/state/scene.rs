@@ -1,5 +1,6 @@
 //! What a model is told before it starts, and what it is told at each step.
 use super::{Particles, ParticlesGrad, Pose, PoseGrad, ToolShape, Wall};
+use anyhow::ensure;
 use glam::DVec3;
 use indexmap::IndexMap;
 use std::sync::Arc;
@@ -39,6 +40,22 @@ impl Scene {
         let body = vec![0; particles.len()].into();
         let (past, walls, constants) = (Vec::new(), Arc::default(), Arc::default());
         Self { particles, past, body, walls, constants, tool, poses, interval, snapshot: None }
+    }
+
+    /// Whether a rollout can start here: lists of equal lengths, finite numbers, time that passes.
+    ///
+    /// # Errors
+    /// A sentence saying what does not fit.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let (poses, parts) = (self.poses.len(), self.tool.parts.len());
+        ensure!(poses == parts, "the scene gives {poses} tool poses for a tool of {parts} parts");
+        ensure!(self.interval > 0.0, "the scene's control interval must be positive, got {} s", self.interval);
+        let (positions, velocities) = (self.particles.positions.len(), self.particles.velocities.len());
+        ensure!(positions == velocities, "the scene gives {positions} positions but {velocities} velocities");
+        let bodies = self.body.len();
+        ensure!(positions == bodies, "the scene gives {positions} particles but the bodies of {bodies}");
+        ensure!(self.particles.is_finite(), "a particle's position or velocity in the scene is not a finite number");
+        Ok(())
     }
 }
 

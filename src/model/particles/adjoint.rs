@@ -125,8 +125,8 @@ impl Adjoint<ParticleState> for ParticleModel {
 
     fn decode_vjp(&self, state: &ParticleState, particles: &ParticlesGrad) -> Vec<f64> {
         let particles = ParticlesGrad {
-            positions: state.gather(&particles.positions),
-            velocities: state.gather(&particles.velocities),
+            positions: state.order.gather(&particles.positions),
+            velocities: state.order.gather(&particles.velocities),
         };
         let past = vec![vec![DVec3::ZERO; state.particles.len()]; state.past.len()];
         StateGrad { particles, past, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
@@ -135,8 +135,8 @@ impl Adjoint<ParticleState> for ParticleModel {
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64]) -> SceneGrad {
         let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start);
         let particles = ParticlesGrad {
-            positions: start.scatter(&particles.positions),
-            velocities: start.scatter(&particles.velocities),
+            positions: start.order.scatter(&particles.positions),
+            velocities: start.order.scatter(&particles.velocities),
         };
         SceneGrad { particles, poses }
     }

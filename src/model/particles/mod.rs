@@ -105,14 +105,7 @@ impl Dynamics for ParticleModel {
     type State = ParticleState;
 
     fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
-        let (poses, parts) = (scene.poses.len(), scene.tool.parts.len());
-        ensure!(poses == parts, "the scene gives {poses} tool poses for a tool of {parts} parts");
-        ensure!(scene.interval > 0.0, "the scene's control interval must be positive, got {} s", scene.interval);
-        let (positions, velocities) = (scene.particles.positions.len(), scene.particles.velocities.len());
-        ensure!(positions == velocities, "the scene gives {positions} positions but {velocities} velocities");
-        let bodies = scene.body.len();
-        ensure!(positions == bodies, "the scene gives {positions} particles but the bodies of {bodies}");
-        ensure!(scene.particles.is_finite(), "a particle's position or velocity in the scene is not a finite number");
+        scene.check()?;
         self.laws.iter().try_for_each(|law| law.accepts(scene))
     }
 

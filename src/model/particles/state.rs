@@ -1,21 +1,19 @@
 //! What a particle model carries from step to step.
 use crate::graph::{GraphPolicy, Skeleton};
+use crate::model::order::Order;
 use crate::state::{Constants, Control, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
 
 /// Particles in canonical order, and the tool.
-///
-/// The order is lexicographic in position, then velocity, then body, at the start: sums over neighbours then run in an order that does not
-/// know how the scene numbered its particles, so relabelling them relabels the prediction bit for bit.
 #[derive(Clone, Debug)]
 pub struct ParticleState {
     /// Particles now, in canonical order.
     pub(super) particles: Particles,
     /// Velocities one, two … control steps before, in canonical order: as many as the model remembers.
     pub(super) past: Vec<Vec<DVec3>>,
-    /// Row of the scene that each canonical row came from.
-    order: Arc<[u32]>,
+    /// Where the scene has each canonical row.
+    pub(super) order: Order,
     /// Number of the body that each belongs to, in canonical order.
     pub(super) body: Arc<[u32]>,
     /// Rows of each body that keeps its shape.
@@ -38,30 +36,19 @@ impl ParticleState {
     /// Of a scene whose bodies of these numbers are `rigid`, with the skeleton that `graph` draws over it and `memory` velocities of the
     /// past, zero where the scene knows none.
     pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>, rigid: &[u32], memory: usize) -> Self {
-        let particles = &scene.particles;
-        let key = |i: u32| {
-            let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
-            [x.x, x.y, x.z, v.x, v.y, v.z]
-        };
-        let mut order: Vec<u32> = (0..particles.len() as u32).collect();
-        order.sort_by(|&a, &b| {
-            let pairs = key(a).into_iter().zip(key(b));
-            let differ = pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
-            differ.unwrap_or_else(|| scene.body[a as usize].cmp(&scene.body[b as usize]))
-        });
-        let body: Arc<[u32]> = order.iter().map(|&i| scene.body[i as usize]).collect();
+        let order = Order::of(scene);
+        let body: Arc<[u32]> = order.gather(&scene.body).into();
         let rows = |number: &u32| (0..body.len()).filter(|&i| body[i] == *number).map(|i| i as u32).collect();
         let rigid: Vec<Vec<u32>> = rigid.iter().map(rows).filter(|rows: &Vec<u32>| !rows.is_empty()).collect();
-        let sorted = |rows: &[DVec3]| order.iter().map(|&i| rows[i as usize]).collect();
-        let mut past: Vec<Vec<DVec3>> = scene.past.iter().take(memory).map(|rows| sorted(rows)).collect();
-        past.resize(memory, vec![DVec3::ZERO; order.len()]);
-        let particles =
-            Particles { positions: sorted(&particles.positions), velocities: sorted(&particles.velocities) };
+        let mut past: Vec<Vec<DVec3>> = scene.past.iter().take(memory).map(|rows| order.gather(rows)).collect();
+        past.resize(memory, vec![DVec3::ZERO; body.len()]);
+        let Particles { positions, velocities } = &scene.particles;
+        let particles = Particles { positions: order.gather(positions), velocities: order.gather(velocities) };
         Self {
             skeleton: Arc::new(graph.map(|graph| graph.skeleton(&particles, &body)).unwrap_or_default()),
             particles,
             past,
-            order: order.into(),
+            order,
             body,
             rigid: rigid.into(),
             walls: Arc::clone(&scene.walls),
@@ -78,7 +65,7 @@ impl ParticleState {
         Self {
             particles,
             past: past.cloned().collect(),
-            order: Arc::clone(&self.order),
+            order: self.order.clone(),
             body: Arc::clone(&self.body),
             rigid: Arc::clone(&self.rigid),
             walls: Arc::clone(&self.walls),
@@ -93,23 +80,9 @@ impl ParticleState {
     /// The particles in the scene's order.
     pub(super) fn decode(&self) -> Particles {
         Particles {
-            positions: self.scatter(&self.particles.positions),
-            velocities: self.scatter(&self.particles.velocities),
+            positions: self.order.scatter(&self.particles.positions),
+            velocities: self.order.scatter(&self.particles.velocities),
         }
-    }
-
-    /// Canonical rows into the scene's order.
-    pub(super) fn scatter(&self, rows: &[DVec3]) -> Vec<DVec3> {
-        let mut out = vec![DVec3::ZERO; rows.len()];
-        for (row, &i) in rows.iter().zip(self.order.iter()) {
-            out[i as usize] = *row;
-        }
-        out
-    }
-
-    /// Rows of the scene into canonical order.
-    pub(super) fn gather(&self, rows: &[DVec3]) -> Vec<DVec3> {
-        self.order.iter().map(|&i| rows[i as usize]).collect()
     }
 }
 
