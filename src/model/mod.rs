@@ -8,9 +8,11 @@ pub mod height_map;
 mod latent;
 pub mod law;
 mod linear;
+pub mod mpm;
 pub mod net;
 mod oracle;
 pub mod particles;
+mod placed;
 pub mod still;
 mod unet;
 mod world_model;
@@ -29,6 +31,7 @@ family! {
         Latent(latent::LatentSpec),
         Linear(linear::LinearSpec),
         Unet(unet::UNetSpec),
+        Mpm(mpm::MpmSpec),
         Still(still::StillSpec),
         Oracle(oracle::OracleSpec),
     }

@@ -1,5 +1,5 @@
 //! The order in which a model sums over particles, which must not depend on how a scene numbers them.
-use super::Particles;
+use super::Scene;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -9,8 +9,9 @@ use std::sync::Arc;
 pub struct Order(Arc<[u32]>);
 
 impl Order {
-    /// Of particles and the number of the body that each belongs to.
-    pub fn of(particles: &Particles, body: &[u32]) -> Self {
+    /// Of a scene's particles.
+    pub fn of(scene: &Scene) -> Self {
+        let particles = &scene.particles;
         let key = |i: u32| {
             let (x, v) = (particles.positions[i as usize], particles.velocities[i as usize]);
             [x.x, x.y, x.z, v.x, v.y, v.z]
@@ -19,7 +20,7 @@ impl Order {
         order.sort_by(|&a, &b| {
             let pairs = key(a).into_iter().zip(key(b));
             let differ = pairs.map(|(a, b)| a.total_cmp(&b)).find(|o| o.is_ne());
-            differ.unwrap_or_else(|| body[a as usize].cmp(&body[b as usize]))
+            differ.unwrap_or_else(|| scene.body[a as usize].cmp(&scene.body[b as usize]))
         });
         Self(order.into())
     }

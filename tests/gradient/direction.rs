@@ -1,5 +1,5 @@
 //! Directions to differentiate along, in everything that a rollout starts from.
-use super::{Mixed, STEPS, vector};
+use super::problem::{Mixed, STEPS, vector};
 use glam::{DQuat, DVec3};
 use pliant::model::{Cost, Gradient, WorldModel};
 use pliant::state::{Control, Particles, Pose, PoseGrad, Scene, Twist};

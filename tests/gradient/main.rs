@@ -1,29 +1,28 @@
 //! Gradients of whole rollouts against central differences, through tool contact, friction and cohesion.
-use direction::Direction;
+use agreement::check;
 use drift::Drift;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use memory::Memory;
 use pliant::graph::GraphSpec;
 use pliant::model::law::Law;
 use pliant::model::particles::{ParticleModel, ParticlesSpec};
 use pliant::model::{Cost, ModelSpec, WorldModel};
-use pliant::state::{Control, Part, Particles, ParticlesGrad, Pose, Scene, Solid, SurfacePoint, ToolShape, Wall};
-use rand::{Rng, SeedableRng};
+use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, ToolShape, Wall};
+use problem::{STEPS, problem};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use std::sync::Arc;
 
+mod agreement;
 mod direction;
 mod drift;
 mod memory;
+mod problem;
 
 #[derive(Deserialize)]
 struct Contender {
     dynamics: ModelSpec,
-}
-
-fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
-    2.0 * DVec3::from_array(rng.random::<[f64; 3]>()) - 1.0
 }
 
 fn analytic_spec() -> ParticlesSpec {
@@ -51,96 +50,10 @@ fn hybrid() -> ParticleModel {
     ParticleModel::new(40, 0.01, Some(graph.build().unwrap()), laws).unwrap()
 }
 
-/// `J = Σₜ Σᵢ aᵢ·x + 20 |x|² + bᵢ·v/10`, different at every step.
-pub(crate) struct Mixed(Vec<Vec<[DVec3; 2]>>);
-
-impl Cost for Mixed {
-    fn at(&self, t: usize, _: usize, x: &Particles) -> f64 {
-        let rows = x.positions.iter().zip(&x.velocities).zip(&self.0[t]);
-        rows.map(|((x, v), [a, b])| a.dot(*x) + 20.0 * x.length_squared() + 0.1 * b.dot(*v)).sum()
-    }
-    fn gradient(&self, t: usize, _: usize, x: &Particles) -> ParticlesGrad {
-        ParticlesGrad {
-            positions: x.positions.iter().zip(&self.0[t]).map(|(x, [a, _])| *a + 40.0 * *x).collect(),
-            velocities: self.0[t].iter().map(|[_, b]| 0.1 * *b).collect(),
-        }
-    }
-}
-
-const STEPS: usize = 5;
-
-/// A small lump between the table, a tilted press that comes down and turns, and a rod that rolls in from the side.
-fn problem(rng: &mut ChaCha8Rng) -> (Scene, Vec<Control>, Mixed) {
-    let mut positions = Vec::new();
-    for n in 0..48 {
-        let grid = DVec3::new((n % 4) as f64 - 1.5, (n / 4 % 4) as f64 - 1.5, (n / 16) as f64 + 0.5);
-        positions.push(0.0105 * grid + 0.001 * vector(rng));
-    }
-    let velocities = positions.iter().map(|_| 0.02 * vector(rng)).collect();
-    let sample = |normal: DVec3, scale: DVec3| SurfacePoint { position: normal * scale, normal };
-    let faces = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::Z];
-    let (half, rod) = (DVec3::new(0.016, 0.016, 0.006), DVec3::new(0.006, 0.03, 0.006));
-    let tool = ToolShape::from(vec![
-        Part { solid: Solid::Cuboid { half }, surface: faces.map(|n| sample(n, half)).to_vec() },
-        Part {
-            solid: Solid::Cylinder { radius: 0.006, half_length: 0.03 },
-            surface: faces.map(|n| sample(n, rod)).to_vec(),
-        },
-    ]);
-    let poses = |t: f64| {
-        let turn = DVec3::new(0.15 - 0.1 * t, 0.1, 0.5 * t);
-        let roll = DVec3::new(0.1 * t, 2.0 * t, 0.3);
-        vec![
-            Pose {
-                translation: DVec3::new(0.002 * t, 0.001, 0.037 - 0.01 * t),
-                rotation: DQuat::from_scaled_axis(turn),
-            },
-            Pose { translation: DVec3::new(-0.028 + 0.006 * t, 0.0, 0.009), rotation: DQuat::from_scaled_axis(roll) },
-        ]
-    };
-    let controls = (1..=STEPS).map(|t| Control { poses: poses(t as f64 / STEPS as f64) }).collect();
-    let scene = Scene::open(Particles { positions, velocities }, Arc::new(tool), poses(0.0), 0.1);
-    let cost = Mixed((0..=STEPS).map(|_| (0..48).map(|_| [vector(rng), vector(rng)]).collect()).collect());
-    (scene, controls, cost)
-}
-
-/// What the scene is besides one body on an open table.
-type Change = fn(&mut Scene);
-
 /// The middle layer is a body of its own, and a wall leans on the lump.
 fn beside_a_wall(scene: &mut Scene) {
     scene.body = (0..48).map(|i| u32::from(i / 16 == 1)).collect();
     scene.walls = [Wall { normal: DVec3::new(-0.8, 0.0, 0.6), offset: -0.01 }].into();
-}
-
-fn check(model: &dyn WorldModel, name: &str, change: Change) {
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut problem = problem(&mut rng);
-    change(&mut problem.0);
-    let gradient = model.gradient(&problem.0, &problem.1, &problem.2).expect("a particle model has an adjoint");
-    let apart = Direction::random(&mut rng, 0.0, 0.0, 0.0).cost(model, &problem, 0.0);
-    assert!((gradient.cost - apart).abs() <= 1e-12 * apart.abs(), "the sweep's cost is the rollout's");
-    // Steps small against the lengths over which a contact's second derivative changes, large against rounding; of several,
-    // because a contact that just closes within one of them bends the cost there.
-    let steps = [1e-8, 2e-9, 5e-10];
-    let kinds =
-        [("particles", [1.0, 0.0, 0.0]), ("start", [0.0, 1.0, 0.0]), ("controls", [0.0, 0.0, 1.0]), ("all", [1.0; 3])];
-    for (what, [particles, start, controls]) in kinds {
-        let trials: Vec<(f64, [f64; 3])> = (0..8)
-            .map(|_| {
-                let direction = Direction::random(&mut rng, particles, start, controls);
-                let cost = |h: f64| direction.cost(model, &problem, h);
-                (direction.along(&gradient), steps.map(|h| (cost(h) - cost(-h)) / (2.0 * h)))
-            })
-            .collect();
-        let typical = (trials.iter().map(|(_, d)| d[1] * d[1]).sum::<f64>() / trials.len() as f64).sqrt();
-        assert!(typical > 0.1, "{name}, {what}: derivatives of about {typical} show nothing");
-        for (exact, differences) in trials {
-            let errors = differences.map(|d| (exact - d).abs() / d.abs().max(typical));
-            assert!(errors.iter().all(|e| *e <= 1e-4), "{name}, {what}: {exact} against {differences:?}");
-            assert!(errors.iter().any(|e| *e <= 1e-6), "{name}, {what}: {exact} against {differences:?}");
-        }
-    }
 }
 
 #[test]

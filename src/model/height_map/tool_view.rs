@@ -1,6 +1,7 @@
 //! How the picture shows a tool: at every cell and level how near it is at the step's end, and how far it came.
 use super::GridSpec;
-use crate::state::{Pose, PoseGrad, Projection, ToolShape, Twist};
+use crate::model::placed::Placed;
+use crate::state::{Pose, PoseGrad, ToolShape, Twist};
 use glam::DVec3;
 
 /// Numbers a level: the nearness, and nearness times displacement.
@@ -29,10 +30,9 @@ struct Sight {
     part: usize,
     /// From the part's origin to the point.
     arm: DVec3,
-    field: Projection,
     nearness: f64,
-    /// `∂w/∂d`.
-    slope: f64,
+    /// `∂w/∂x` of the point \[1/m\].
+    slope: DVec3,
     /// u \[m\].
     motion: DVec3,
 }
@@ -42,27 +42,20 @@ impl ToolView<'_> {
     fn sights(&self, stride: usize, mut visit: impl FnMut(Sight)) {
         let parts = self.tool.parts.iter().zip(self.poses).zip(self.twists);
         for (part, ((shape, pose), twist)) in parts.enumerate() {
-            let ball = shape.solid.half_extents().length() + self.reach;
-            for (cell, middle) in self.grid.around(pose.translation.truncate(), ball) {
+            let placed = Placed::new(&shape.solid, pose, twist, self.reach);
+            let around = shape.solid.half_extents().length() + self.reach;
+            for (cell, middle) in self.grid.around(pose.translation.truncate(), around) {
                 for level in 0..self.grid.levels {
-                    let point = middle.extend(self.grid.level(level));
-                    let arm = point - pose.translation;
-                    if arm.length_squared() >= ball * ball {
-                        continue;
-                    }
-                    let field = shape.solid.project(pose.rotation.inverse() * arm);
+                    let Some((arm, field)) = placed.field(middle.extend(self.grid.level(level))) else { continue };
                     let s = (field.distance / self.reach).clamp(0.0, 1.0);
-                    if s < 1.0 {
-                        visit(Sight {
-                            place: cell * stride + 1 + NUMBERS * level,
-                            part,
-                            arm,
-                            field,
-                            nearness: (1.0 - s).powi(2) * (1.0 + 2.0 * s),
-                            slope: -6.0 * s * (1.0 - s) / self.reach,
-                            motion: self.interval * (twist.linear + twist.angular.cross(arm)),
-                        });
-                    }
+                    visit(Sight {
+                        place: cell * stride + 1 + NUMBERS * level,
+                        part,
+                        arm,
+                        nearness: (1.0 - s).powi(2) * (1.0 + 2.0 * s),
+                        slope: -6.0 * s * (1.0 - s) / self.reach * (placed.rotation * field.normal),
+                        motion: self.interval * (twist.linear + twist.angular.cross(arm)),
+                    });
                 }
             }
         }
@@ -80,15 +73,15 @@ impl ToolView<'_> {
 
     /// Adds `∂J/∂(poses, twists)` from `∂J/∂picture`.
     ///
-    /// With arm a = c − t and `f = (∂J/∂d) n`: a turn δr of the part moves the field under the point by `−δr × a`.
+    /// With arm a = c − t and `f = ∂J/∂w ∂w/∂c`: a turn δr of the part moves the field under the point by `−δr × a`.
     pub(super) fn pull(&self, at: &[f32], stride: usize, poses: &mut [PoseGrad], twists: &mut [Twist]) {
         self.sights(stride, |sight| {
             let row = &at[sight.place..][..NUMBERS];
             let at_shown = glam::Vec3::from_slice(&row[1..]).as_dvec3() / self.scale;
             let at_nearness = f64::from(row[0]) + at_shown.dot(sight.motion);
             let at_velocity = self.interval * sight.nearness * at_shown;
-            let (pose, twist, arm) = (&self.poses[sight.part], &self.twists[sight.part], sight.arm);
-            let by_field = at_nearness * sight.slope * (pose.rotation * sight.field.normal);
+            let (twist, arm) = (&self.twists[sight.part], sight.arm);
+            let by_field = at_nearness * sight.slope;
             poses[sight.part].translation -= by_field + at_velocity.cross(twist.angular);
             poses[sight.part].rotation -= arm.cross(by_field);
             twists[sight.part].linear += at_velocity;

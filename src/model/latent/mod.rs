@@ -127,7 +127,7 @@ impl Dynamics for LatentModel {
     }
 
     fn encode(&self, scene: &Scene) -> LatentState {
-        let order = Order::of(&scene.particles, &scene.body);
+        let order = Order::of(scene);
         let positions = order.gather(&scene.particles.positions);
         let velocities = order.gather(&scene.particles.velocities);
         let count = positions.len();

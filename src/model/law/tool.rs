@@ -1,8 +1,9 @@
 //! The tool: compliant contact with moving rigid parts through their signed distance.
 use super::compliant::{CompliantSpec, ContactGrad};
 use super::{Law, View, ViewGrad};
-use crate::state::{Pose, Projection, Solid, Twist};
-use glam::{DMat3, DVec3};
+use crate::model::placed::Placed;
+use crate::state::Projection;
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,18 +22,6 @@ impl ToolSpec {
 /// The compliant contact of every particle with every part of the tool, sliding relative to the part's moving surface.
 pub struct Tool(CompliantSpec);
 
-/// One part at one instant, with its rotation as matrices and its extents at hand.
-pub(super) struct Placed<'a> {
-    solid: &'a Solid,
-    centre: DVec3,
-    rotation: DMat3,
-    inverse: DMat3,
-    twist: Twist,
-    extents: DVec3,
-    ball: f64,
-    reach: f64,
-}
-
 /// A particle within reach of a part.
 pub(super) struct Touch<'a> {
     part: usize,
@@ -48,32 +37,6 @@ impl<'a> Placed<'a> {
     pub(super) fn all(view: &View<'a>, reach: f64) -> Vec<Self> {
         let parts = view.tool.parts.iter().zip(view.poses).zip(view.twists);
         parts.map(|((part, pose), twist)| Self::new(&part.solid, pose, twist, reach)).collect()
-    }
-
-    fn new(solid: &'a Solid, pose: &Pose, twist: &Twist, reach: f64) -> Self {
-        let rotation = DMat3::from_quat(pose.rotation);
-        let extents = solid.half_extents() + reach;
-        Self {
-            solid,
-            centre: pose.translation,
-            rotation,
-            inverse: rotation.transpose(),
-            twist: *twist,
-            extents,
-            ball: extents.length_squared(),
-            reach,
-        }
-    }
-
-    /// The arm from the part's origin and the field there, or `None` where the part is surely out of reach.
-    #[inline]
-    fn field(&self, position: DVec3) -> Option<(DVec3, Projection)> {
-        let arm = position - self.centre;
-        if arm.length_squared() >= self.ball {
-            return None;
-        }
-        let local = self.inverse * arm;
-        local.abs().cmplt(self.extents).all().then(|| (arm, self.solid.project(local)))
     }
 
     /// Calls `visit` with every particle that is nearer to a part than its reach, part by part.

@@ -125,8 +125,8 @@ impl Adjoint<ParticleState> for ParticleModel {
 
     fn decode_vjp(&self, state: &ParticleState, particles: &ParticlesGrad) -> Vec<f64> {
         let particles = ParticlesGrad {
-            positions: state.gather(&particles.positions),
-            velocities: state.gather(&particles.velocities),
+            positions: state.order.gather(&particles.positions),
+            velocities: state.order.gather(&particles.velocities),
         };
         StateGrad::of(particles, state.past.len(), state.poses.len()).flat()
     }
@@ -134,8 +134,8 @@ impl Adjoint<ParticleState> for ParticleModel {
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
         let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start.particles.len(), start.past.len());
         let particles = ParticlesGrad {
-            positions: start.scatter(&particles.positions),
-            velocities: start.scatter(&particles.velocities),
+            positions: start.order.scatter(&particles.positions),
+            velocities: start.order.scatter(&particles.velocities),
         };
         SceneGrad { particles, poses }
     }

@@ -12,7 +12,7 @@ pub struct ParticleState {
     /// Velocities one, two … control steps before, in canonical order: as many as the model remembers.
     pub(super) past: Vec<Vec<DVec3>>,
     /// Row of the scene that each canonical row came from.
-    order: Order,
+    pub(super) order: Order,
     /// Number of the body that each belongs to, in canonical order.
     pub(super) body: Arc<[u32]>,
     /// Rows of each body that keeps its shape.
@@ -36,7 +36,7 @@ impl ParticleState {
     /// past, zero where the scene knows none.
     pub(super) fn new(scene: &Scene, graph: Option<&dyn GraphPolicy>, rigid: &[u32], memory: usize) -> Self {
         let particles = &scene.particles;
-        let order = Order::of(particles, &scene.body);
+        let order = Order::of(scene);
         let body: Arc<[u32]> = order.gather(&scene.body).into();
         let rows = |number: &u32| (0..body.len()).filter(|&i| body[i] == *number).map(|i| i as u32).collect();
         let rigid: Vec<Vec<u32>> = rigid.iter().map(rows).filter(|rows: &Vec<u32>| !rows.is_empty()).collect();
@@ -82,18 +82,8 @@ impl ParticleState {
     /// The particles in the scene's order.
     pub(super) fn decode(&self) -> Particles {
         Particles {
-            positions: self.scatter(&self.particles.positions),
-            velocities: self.scatter(&self.particles.velocities),
+            positions: self.order.scatter(&self.particles.positions),
+            velocities: self.order.scatter(&self.particles.velocities),
         }
-    }
-
-    /// Canonical rows into the scene's order.
-    pub(super) fn scatter(&self, rows: &[DVec3]) -> Vec<DVec3> {
-        self.order.scatter(rows)
-    }
-
-    /// Rows of the scene into canonical order.
-    pub(super) fn gather(&self, rows: &[DVec3]) -> Vec<DVec3> {
-        self.order.gather(rows)
     }
 }

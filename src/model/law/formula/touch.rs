@@ -2,8 +2,9 @@
 use super::meeting::Meetings;
 use super::programs::Programs;
 use crate::model::formula::BLOCK;
-use crate::model::law::tool::{Placed, Touch};
+use crate::model::law::tool::Touch;
 use crate::model::law::{Law, View, ViewGrad};
+use crate::model::placed::Placed;
 use glam::DVec3;
 
 /// The law of every particle with every part that it touches.

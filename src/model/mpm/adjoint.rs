@@ -1,0 +1,144 @@
+//! The adjoint of one control step, substep by substep backwards.
+use super::contact::PartsGrad;
+use super::grid::{Affine, Grid};
+use super::interval::{Interval, Met, Node, Tape};
+use super::state::StateGrad;
+use super::{MpmModel, MpmState, Points};
+use crate::model::Adjoint;
+use crate::state::{Control, ControlGrad, ParticlesGrad, PoseGrad, SceneGrad, Twist};
+use glam::{DMat3, DVec3};
+
+/// What flows backwards through an interval.
+struct Backward<'a> {
+    interval: &'a Interval<'a>,
+    points: Points,
+    /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
+    from: Vec<PoseGrad>,
+    to: Vec<PoseGrad>,
+    /// Velocities of the nodes that particles took theirs from, and `∂J/∂` of the nodes.
+    grid: Grid,
+    by_grid: Grid,
+}
+
+impl Backward<'_> {
+    /// Pulls back through substep `k`, whose rows of the tape begin at `start`.
+    fn substep(&mut self, k: usize, start: usize, tape: &Tape) {
+        let count = self.points.positions.len();
+        let Met { spans, ends, nodes } = &tape.met;
+        let met = &nodes[k.checked_sub(1).map_or(0, |k| ends[k])..ends[k]];
+        self.grid.restore(spans[k]);
+        self.by_grid.restore(spans[k]);
+        met.iter().for_each(|node| self.grid.nodes[node.number as usize] = node.after.extend(0.0));
+        for i in 0..count {
+            self.from_grid(i, tape.points.positions[start + i]);
+        }
+        self.meet(k, met);
+        for i in 0..count {
+            self.to_grid(i, start + i, tape);
+        }
+    }
+
+    /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node by
+    /// node `λ_u += w (g + 4/Δ² λ_C d)`.
+    fn from_grid(&mut self, i: usize, position: DVec3) {
+        let interval = self.interval;
+        let by = self.points.velocities[i] + interval.h * self.points.positions[i];
+        let by_affine = self.points.affine[i];
+        let columns = [by_affine.x_axis, by_affine.y_axis, by_affine.z_axis];
+        let pull = Affine { value: by.extend(0.0), slopes: columns.map(|c| (interval.sharp * c).extend(0.0)) };
+        let stencil = self.grid.stencil(position);
+        self.by_grid.scatter(&stencil, &pull);
+        self.points.positions[i] += self.grid.slope(&stencil, &pull);
+    }
+
+    /// Through contacts, gravity and the division of momentum by mass: `λ_p = λ_v/m`, `λ_m = −λ_v · p/m²`.
+    fn meet(&mut self, k: usize, met: &[Node]) {
+        let Interval { state, control, h, .. } = self.interval;
+        let contacts = self.interval.contacts(k);
+        let parts = state.poses.len();
+        let mut grad = PartsGrad { poses: vec![PoseGrad::default(); parts], twists: vec![Twist::default(); parts] };
+        let fall = -h * self.interval.model.gravity * DVec3::Z;
+        let (span, cell) = (self.by_grid.span(), self.by_grid.cell);
+        let nodes = &mut self.by_grid.nodes;
+        for Node { number, mass, before, .. } in met {
+            let place = Grid::place(&span, cell, *number as usize);
+            let node = &mut nodes[*number as usize];
+            let by_velocity = contacts.pull(place, *before, node.truncate(), &mut grad) / *mass;
+            *node = by_velocity.extend(-by_velocity.dot(*before - fall));
+        }
+        for (i, (pose, twist)) in grad.poses.iter().zip(&grad.twists).enumerate() {
+            let (start, end) = (&state.poses[i], &control.poses[i]);
+            let (at_from, at_to) = start.toward_vjp(end, self.interval.fraction(k), pose, twist, state.interval);
+            add(&mut self.from[i], &at_from);
+            add(&mut self.to[i], &at_to);
+        }
+    }
+
+    /// Through what a particle told the nodes, the flow of its material, and `T = M b Mᵀ`: `λ_M = 2 λ_T M b`, `λ_b = Mᵀ λ_T M`.
+    fn to_grid(&mut self, i: usize, row: usize, tape: &Tape) {
+        let interval = self.interval;
+        let (material, viscosity) = (&interval.model.material, interval.model.viscosity);
+        let Points { positions, velocities, affine, strain } = &tape.points;
+        let spectrum = &tape.spectra[row];
+        let told = interval.momentum(velocities[row], &affine[row], &material.stress(spectrum));
+        let stencil = self.by_grid.stencil(positions[row]);
+        let Affine { value, slopes } = self.by_grid.gather(&stencil);
+        self.points.positions[i] += self.by_grid.slope(&stencil, &told);
+        self.points.velocities[i] = value.truncate();
+        let [a, b, c] = slopes.map(|column| column.truncate());
+        let by_spread = DMat3::from_cols(a, b, c);
+        let by_stress = (-0.5 * interval.h * interval.sharp) * (by_spread + by_spread.transpose());
+        let by_trial = material.pull(spectrum, &self.points.strain[i], &by_stress);
+        let growth = DMat3::IDENTITY + interval.h * affine[row];
+        let pulled = by_trial * growth;
+        self.points.affine[i] = by_spread + 2.0 * viscosity * by_stress + 2.0 * interval.h * (pulled * strain[row]);
+        self.points.strain[i] = growth.transpose() * pulled;
+    }
+}
+
+fn add(sum: &mut PoseGrad, term: &PoseGrad) {
+    sum.translation += term.translation;
+    sum.rotation += term.rotation;
+}
+
+impl Adjoint<MpmState> for MpmModel {
+    fn step_vjp(&self, state: &MpmState, control: &Control, next: &[f64], _: &mut [f32]) -> (Vec<f64>, ControlGrad) {
+        let count = state.points.positions.len();
+        let interval = Interval::new(self, state, control);
+        let rows = interval.substeps * count;
+        let points = Points::with_capacity(rows);
+        let mut tape = Tape { points, spectra: Vec::with_capacity(rows), met: Met::default() };
+        interval.advance(Some(&mut tape));
+        let StateGrad { points, poses: to } = StateGrad::read(next, count);
+        let from = vec![PoseGrad::default(); state.poses.len()];
+        let [grid, by_grid] = [(); 2].map(|()| Grid::new(self.cell));
+        let mut back = Backward { interval: &interval, points, from, to, grid, by_grid };
+        // What was blown apart has nothing more to say.
+        for k in (0..tape.met.spans.len()).rev() {
+            back.substep(k, k * count, &tape);
+        }
+        let at_state = StateGrad { points: back.points, poses: back.from };
+        (at_state.flat(), ControlGrad { poses: back.to })
+    }
+
+    fn decode_vjp(&self, state: &MpmState, particles: &ParticlesGrad) -> Vec<f64> {
+        let count = state.points.positions.len();
+        let points = Points {
+            positions: state.order.gather(&particles.positions),
+            velocities: state.order.gather(&particles.velocities),
+            affine: vec![DMat3::ZERO; count],
+            strain: vec![DMat3::ZERO; count],
+        };
+        StateGrad { points, poses: vec![PoseGrad::default(); state.poses.len()] }.flat()
+    }
+
+    /// At the start there is neither strain nor affine motion, whatever the scene.
+    fn encode_vjp(&self, start: &MpmState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
+        let StateGrad { points, poses } = StateGrad::read(at_start, start.points.positions.len());
+        let particles = ParticlesGrad {
+            positions: start.order.scatter(&points.positions),
+            velocities: start.order.scatter(&points.velocities),
+        };
+        SceneGrad { particles, poses }
+    }
+}

@@ -1,0 +1,182 @@
+//! One control interval: particles to grid, grid, and back, substep by substep.
+use super::contact::Contacts;
+use super::grid::{Affine, Grid, Span};
+use super::spectrum::{LANES, Spectra, Spectrum};
+use super::{MpmModel, MpmState, Points};
+use crate::model::placed::Placed;
+use crate::state::{Control, Twist};
+use glam::{DMat3, DVec3};
+
+/// Where the grid lay, and what its nodes were: number, velocity and mass before contacts, velocity after.
+#[derive(Default)]
+pub(super) struct Met {
+    pub(super) spans: Vec<Span>,
+    /// End of each substep's nodes in `nodes`.
+    pub(super) ends: Vec<usize>,
+    pub(super) nodes: Vec<Node>,
+}
+
+/// A node that some particle reaches.
+#[derive(Clone, Copy)]
+pub(super) struct Node {
+    pub(super) number: u32,
+    pub(super) mass: f64,
+    pub(super) before: DVec3,
+    pub(super) after: DVec3,
+}
+
+/// What the adjoint of an interval needs of it, substep after substep in long lists.
+pub(super) struct Tape {
+    pub(super) points: Points,
+    pub(super) spectra: Vec<Spectrum>,
+    pub(super) met: Met,
+}
+
+/// What stays the same over the substeps of one interval.
+pub(super) struct Interval<'a> {
+    pub(super) model: &'a MpmModel,
+    pub(super) state: &'a MpmState,
+    pub(super) control: &'a Control,
+    pub(super) substeps: usize,
+    /// Duration of a substep h \[s\].
+    pub(super) h: f64,
+    /// 4/Δ², the inverse second moment of the weights \[m⁻²\].
+    pub(super) sharp: f64,
+    twists: Vec<Twist>,
+}
+
+impl<'a> Interval<'a> {
+    pub(super) fn new(model: &'a MpmModel, state: &'a MpmState, control: &'a Control) -> Self {
+        let path = state.poses.iter().zip(&control.poses);
+        let substeps = model.substeps(state.interval);
+        Self {
+            model,
+            state,
+            control,
+            substeps,
+            h: state.interval / substeps as f64,
+            sharp: 4.0 / (model.cell * model.cell),
+            twists: path.map(|(from, to)| from.twist_to(to, state.interval)).collect(),
+        }
+    }
+
+    /// How far the tool has come in substep `k`, of the way from its start to its end.
+    pub(super) fn fraction(&self, k: usize) -> f64 {
+        (k + 1) as f64 / self.substeps as f64
+    }
+
+    /// What nodes may meet in substep `k`.
+    pub(super) fn contacts(&self, k: usize) -> Contacts<'a> {
+        let (state, model) = (self.state, self.model);
+        let reach = Contacts::REACH * model.softness;
+        let path = state.poses.iter().zip(&self.control.poses).map(|(from, to)| from.toward(to, self.fraction(k)));
+        let parts = state.tool.parts.iter().zip(path).zip(&self.twists);
+        Contacts {
+            parts: parts.map(|((part, pose), twist)| Placed::new(&part.solid, &pose, twist, reach)).collect(),
+            tool: &model.tool,
+            softness: model.softness,
+            walls: &state.walls,
+            table: &model.table,
+        }
+    }
+
+    /// The trial elastic tensor `M b Mᵀ` with `M = I + h C`, and M.
+    #[inline]
+    pub(super) fn trial(&self, affine: &DMat3, strain: &DMat3) -> (DMat3, DMat3) {
+        let growth = DMat3::IDENTITY + self.h * *affine;
+        (growth * *strain * growth.transpose(), growth)
+    }
+
+    /// What a particle tells the nodes of its momentum: `a = (v, 1)`, `B = C − h (4/Δ²) τ/ρ`.
+    #[inline]
+    pub(super) fn momentum(&self, velocity: DVec3, affine: &DMat3, stress: &DMat3) -> Affine {
+        let viscous = self.model.viscosity * (*affine + affine.transpose());
+        let spread = *affine - (self.h * self.sharp) * (*stress + viscous);
+        Affine {
+            value: velocity.extend(1.0),
+            slopes: [spread.x_axis, spread.y_axis, spread.z_axis].map(|c| c.extend(0.0)),
+        }
+    }
+
+    /// The points at the end; what happened in every substep goes onto the tape, where there is one.
+    pub(super) fn advance(&self, mut tape: Option<&mut Tape>) -> Points {
+        let mut points = self.state.points.clone();
+        let mut grid = Grid::new(self.model.cell);
+        let mut spectra = Spectra::new();
+        for k in 0..self.substeps {
+            if !grid.cover(&points.positions) {
+                // Blown apart: what is not a number is counted as such, and costs infinity.
+                points.positions.fill(DVec3::NAN);
+                points.velocities.fill(DVec3::NAN);
+                return points;
+            }
+            if let Some(tape) = &mut tape {
+                tape.points.extend(&points);
+            }
+            self.to_grid(&mut points, &mut grid, &mut spectra, tape.as_deref_mut());
+            self.meet(k, &mut grid, tape.as_deref_mut());
+            self.from_grid(&mut points, &grid);
+        }
+        points
+    }
+
+    /// Strains the material and sums masses and momenta over the grid.
+    fn to_grid(&self, points: &mut Points, grid: &mut Grid, spectra: &mut Spectra, mut tape: Option<&mut Tape>) {
+        let count = points.positions.len();
+        for first in (0..count).step_by(LANES) {
+            let lanes = LANES.min(count - first);
+            for lane in 0..lanes {
+                let i = first + lane;
+                points.strain[i] = self.trial(&points.affine[i], &points.strain[i]).0;
+                spectra.set(lane, &points.strain[i]);
+            }
+            spectra.decompose();
+            for lane in 0..lanes {
+                let i = first + lane;
+                let spectrum = spectra.get(lane);
+                let (kept, stress) = self.model.material.flow(&points.strain[i], &spectrum);
+                points.strain[i] = kept;
+                let momentum = self.momentum(points.velocities[i], &points.affine[i], &stress);
+                let stencil = grid.stencil(points.positions[i]);
+                grid.scatter(&stencil, &momentum);
+                if let Some(tape) = &mut tape {
+                    tape.spectra.push(spectrum);
+                }
+            }
+        }
+    }
+
+    /// Turns momenta into velocities, and lets gravity and contacts act on them.
+    fn meet(&self, k: usize, grid: &mut Grid, mut tape: Option<&mut Tape>) {
+        let contacts = self.contacts(k);
+        let fall = -self.h * self.model.gravity * DVec3::Z;
+        let (span, cell) = (grid.span(), grid.cell);
+        for (number, node) in grid.nodes.iter_mut().enumerate() {
+            let mass = node.w;
+            if mass > 0.0 {
+                let before = node.truncate() / mass + fall;
+                let after = contacts.act(Grid::place(&span, cell, number), before);
+                *node = after.extend(0.0);
+                if let Some(tape) = &mut tape {
+                    tape.met.nodes.push(Node { number: number as u32, mass, before, after });
+                }
+            }
+        }
+        if let Some(tape) = tape {
+            tape.met.spans.push(span);
+            tape.met.ends.push(tape.met.nodes.len());
+        }
+    }
+
+    /// Gives every particle the velocity of the nodes around it, and moves it.
+    fn from_grid(&self, points: &mut Points, grid: &Grid) {
+        let Points { positions, velocities, affine, .. } = points;
+        for ((x, v), c) in positions.iter_mut().zip(velocities).zip(affine) {
+            let Affine { value, slopes } = grid.gather(&grid.stencil(*x));
+            *v = value.truncate();
+            let [a, b, d] = slopes.map(|column| self.sharp * column.truncate());
+            *c = DMat3::from_cols(a, b, d);
+            *x += self.h * *v;
+        }
+    }
+}
