@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 mod direction;
 mod drift;
+mod hybrids;
 mod memory;
 
 #[derive(Deserialize)]
