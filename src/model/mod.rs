@@ -1,6 +1,7 @@
 //! World models: how particles move when a tool moves.
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
+pub mod correction;
 mod cotangent;
 mod dynamics;
 pub mod formula;

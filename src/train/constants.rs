@@ -53,6 +53,21 @@ pub(super) fn put(spec: &Value, path: &str, entry: Value) -> anyhow::Result<Valu
     Ok(spec)
 }
 
+/// A copy of `spec` without what stands at `path`.
+///
+/// # Errors
+/// When nothing stands there.
+pub(super) fn without(spec: &Value, path: &str) -> anyhow::Result<Value> {
+    let mut spec = spec.clone();
+    let (parent, key) = path.rsplit_once('.').unwrap_or(("", path));
+    let keys = parent.split('.').filter(|key| !key.is_empty());
+    let found = keys.into_iter().try_fold(&mut spec, |v, key| child_mut(v, key)).and_then(Value::as_object_mut);
+    let removed = found.and_then(|table| table.shift_remove(key));
+    removed
+        .with_context(|| format!("`leave_out` of the identification names `{path}`, which the model does not have"))?;
+    Ok(spec)
+}
+
 /// The table whose keys are addressed as if they stood around it.
 const CONSTANTS: &str = "constants";
 
@@ -144,6 +159,10 @@ mod tests {
         let changed = put(&spec(), "laws.contact.weights", json!("w.safetensors")).unwrap();
         assert_eq!(changed["laws"][0]["weights"], "w.safetensors");
         assert_eq!(put(&spec(), "seed", json!(1)).unwrap()["seed"], 1);
+        let alone = without(&changed, "laws.contact.weights").unwrap();
+        assert_eq!(alone, spec());
+        let error = without(&spec(), "corrections").unwrap_err().to_string();
+        assert!(error.contains("`corrections`"), "{error}");
         let error = put(&spec(), "laws.learned.weights", json!(1)).unwrap_err().to_string();
         assert!(error.contains("`laws.learned`"), "{error}");
     }

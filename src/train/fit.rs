@@ -1,5 +1,5 @@
 //! Stages that fit a model to data: what a model's config lists under `train`.
-use super::constants::put;
+use super::constants::{put, without};
 use super::{Identifier, IdentifySpec, Split, TrainSpec, Trainer};
 use crate::model::ModelSpec;
 use crate::watch::Watch;
@@ -39,7 +39,9 @@ impl Fit for Trainer {
 
 impl Fit for Identifier {
     fn fit(&self, model: &ModelSpec, data: &Split, folder: &Path, watch: &Watch) -> anyhow::Result<ModelSpec> {
-        let build = |spec: &Value| read(spec)?.build();
+        let left_out = &self.spec.leave_out;
+        let build =
+            |spec: &Value| read(&left_out.iter().try_fold(spec.clone(), |spec, path| without(&spec, path))?)?.build();
         let (fitted, _) = self.identify(&written(model)?, &build, data, folder, watch)?;
         read(&fitted)
     }

@@ -10,6 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct IdentifySpec {
     /// Paths into the model's config, such as `laws.contact.stiffness`, with lower and upper bound in the constant's unit.
     pub constants: IndexMap<String, [f64; 2]>,
+    /// Paths into the model's config of what is left out of it while its constants are sought, such as `corrections`: laws are then
+    /// judged by their own prediction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub leave_out: Vec<String>,
     /// Sets of constants that may be tried.
     #[schemars(range(min = 12))]
     pub evaluations: usize,

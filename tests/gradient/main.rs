@@ -17,6 +17,7 @@ use std::sync::Arc;
 mod agreement;
 mod direction;
 mod drift;
+mod hybrids;
 mod memory;
 mod problem;
 

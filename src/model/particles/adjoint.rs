@@ -2,9 +2,10 @@
 use super::interval::{Interval, Substep};
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
+use crate::model::correction::OutcomeGrad;
 use crate::model::cotangent::StateGrad;
 use crate::model::law::{Law, Rate, View, ViewGrad};
-use crate::state::{Control, ControlGrad, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
+use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Pose, PoseGrad, SceneGrad, Twist};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -45,6 +46,35 @@ impl Backward<'_> {
             (self.particles, self.past) = (grad.particles, grad.past);
             (self.poses, self.twists) = (grad.poses, grad.twists);
         }
+        self.settle(fraction);
+    }
+
+    /// Pulls `∂J/∂particles` at the end of the interval back through the corrections, each given what `tape` says; returns
+    /// `∂J/∂particles` at its start as far as corrections look at them.
+    fn corrections(&mut self, tape: &[Particles], weights: &mut [f32]) -> ParticlesGrad {
+        let count = self.particles.positions.len();
+        let mut start = ParticlesGrad::zero(count);
+        for ((correction, span), given) in self.interval.model.corrections().zip(tape).rev() {
+            let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
+            let before = ViewGrad {
+                particles: start,
+                past: std::mem::take(&mut self.past),
+                poses: std::mem::take(&mut self.poses),
+                twists: std::mem::take(&mut self.twists),
+                weights: &mut weights[own],
+            };
+            let at = std::mem::take(&mut self.particles);
+            let mut grad = OutcomeGrad { before, predicted: ParticlesGrad::zero(count) };
+            self.interval.outcome(given, |outcome| correction.correct_vjp(outcome, &at, &mut grad));
+            (start, self.particles) = (grad.before.particles, grad.predicted);
+            (self.past, self.poses, self.twists) = (grad.before.past, grad.before.poses, grad.before.twists);
+        }
+        self.settle(1.0);
+        start
+    }
+
+    /// Pulls what was added to the tool, a `fraction` of its way, back to the ends of its way.
+    fn settle(&mut self, fraction: f64) {
         let Interval { state, control, .. } = self.interval;
         for (i, (from, to)) in state.poses.iter().zip(&control.poses).enumerate() {
             let (pose, twist) = (std::mem::take(&mut self.poses[i]), std::mem::take(&mut self.twists[i]));
@@ -75,7 +105,8 @@ impl Adjoint<ParticleState> for ParticleModel {
         let count = state.particles.len();
         let interval = Interval::new(self, state, control);
         let mut tape = Vec::with_capacity(self.substeps);
-        interval.advance(Some(&mut tape));
+        let mut given = Vec::new();
+        interval.correct(interval.advance(Some(&mut tape)), Some(&mut given));
 
         let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, count, state.past.len());
         // The next state remembers this one's velocities first, and then what this one does.
@@ -92,6 +123,7 @@ impl Adjoint<ParticleState> for ParticleModel {
             poses: nothing,
             twists: vec![Twist::default(); parts],
         };
+        let start = back.corrections(&given, weights);
         let mut at_acceleration = vec![DVec3::ZERO; count];
         let mut at_held = vec![DVec3::ZERO; count];
         let mut poses: Vec<Pose> = Vec::with_capacity(parts);
@@ -118,7 +150,14 @@ impl Adjoint<ParticleState> for ParticleModel {
             let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
             back.laws(Rate::Step, view, &at_held, 1.0, weights);
         }
-        back.particles.velocities.iter_mut().zip(velocities).for_each(|(own, by)| *own += by);
+        let ParticlesGrad { positions: by_positions, velocities: by_velocities } = start;
+        back.particles.positions.iter_mut().zip(by_positions).for_each(|(own, by)| *own += by);
+        back.particles
+            .velocities
+            .iter_mut()
+            .zip(velocities)
+            .zip(by_velocities)
+            .for_each(|((own, next), by)| *own += next + by);
         let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })
     }

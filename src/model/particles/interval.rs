@@ -3,6 +3,7 @@ use super::neighbours::{Lists, Neighbours};
 use super::rigid::RigidMotion;
 use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
+use crate::model::correction::Outcome;
 use crate::model::law::{Law, Rate, View};
 use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
@@ -50,22 +51,39 @@ impl<'a> Interval<'a> {
     }
 
     fn hold(&self) -> Option<(Graph, Vec<DVec3>)> {
-        let policy = self.model.graph.as_ref().filter(|_| self.model.laws(Rate::Step).next().is_some())?;
-        let (state, poses) = (self.state, &self.control.poses);
-        let nodes = Nodes::gather(
-            &state.particles,
-            &state.skeleton,
-            &state.walls,
-            &state.tool,
-            &state.poses,
-            poses,
-            state.interval,
-        );
-        let graph = policy.connect(nodes);
-        let mut acceleration = vec![DVec3::ZERO; state.particles.len()];
-        let view = self.view(&state.particles, &graph, poses);
+        self.model.laws(Rate::Step).next()?;
+        let particles = &self.state.particles;
+        let graph = self.connect(particles);
+        let mut acceleration = vec![DVec3::ZERO; particles.len()];
+        let view = self.view(particles, &graph, &self.control.poses);
         self.model.laws(Rate::Step).for_each(|(law, _)| law.accelerate(&view, &mut acceleration));
         Some((graph, acceleration))
+    }
+
+    /// The graph over particles and the tool at the end of the interval.
+    fn connect(&self, particles: &Particles) -> Graph {
+        let ParticleState { skeleton, walls, tool, poses, interval, .. } = self.state;
+        let nodes = Nodes::gather(particles, skeleton, walls, tool, poses, &self.control.poses, *interval);
+        self.model.graph.as_ref().expect("a model whose parts look at a graph has one").connect(nodes)
+    }
+
+    /// Gives `ask` what a correction of `predicted` may look at.
+    pub(super) fn outcome<R>(&self, predicted: &Particles, ask: impl FnOnce(&Outcome<'_>) -> R) -> R {
+        let graph = Graph::default();
+        let before = self.view(&self.state.particles, &graph, &self.control.poses);
+        ask(&Outcome { before, predicted, connect: &|particles| self.connect(particles) })
+    }
+
+    /// The particles at the end, from what the laws predict; what each correction was given goes onto the tape, where there is one.
+    pub(super) fn correct(&self, mut predicted: Particles, mut tape: Option<&mut Vec<Particles>>) -> Particles {
+        for (correction, _) in self.model.corrections() {
+            let corrected = self.outcome(&predicted, |outcome| correction.correct(outcome));
+            let given = std::mem::replace(&mut predicted, corrected);
+            if let Some(tape) = &mut tape {
+                tape.push(given);
+            }
+        }
+        predicted
     }
 
     /// What a law sees.

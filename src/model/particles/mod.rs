@@ -3,7 +3,9 @@
 //! One control step of duration T is K substeps of `h = T/K`; laws of [`Rate::Step`] are asked once, with the tool at the end of
 //! the step, and their acceleration is held; laws of [`Rate::Substep`] are asked in every substep k with the tool a fraction
 //! `(k + 1)/K` of its way: `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`. Written, learned and hybrid models differ only in
-//! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep.
+//! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
+//! corrections may change at the end of the control step, one after the other.
+use super::correction::{Correction, CorrectionSpec};
 use super::law::{Law, LawSpec, Rate};
 use super::{Adjoint, Dynamics};
 use crate::graph::{GraphPolicy, GraphSpec};
@@ -42,6 +44,9 @@ pub struct ParticlesSpec {
     /// Laws whose accelerations add up.
     #[serde(default)]
     pub laws: Vec<LawSpec>,
+    /// What is done to the laws' prediction at the end of every control step, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub corrections: Vec<CorrectionSpec>,
 }
 
 impl ParticlesSpec {
@@ -49,7 +54,16 @@ impl ParticlesSpec {
         let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
         let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
         let graph = self.graph.map(GraphSpec::build).transpose()?;
-        Ok(ParticleModel { rigid: self.rigid, ..ParticleModel::new(self.substeps, self.keep, graph, laws)? })
+        let place = |(i, correction): (usize, CorrectionSpec)| {
+            correction.build().with_context(|| format!("in dynamics.corrections[{i}]"))
+        };
+        let corrections: Vec<_> = self.corrections.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
+        ensure!(
+            self.rigid.is_empty() || corrections.is_empty(),
+            "dynamics.rigid names bodies that keep their shape, which dynamics.corrections would bend; leave one of them out"
+        );
+        let model = ParticleModel::new(self.substeps, self.keep, graph, laws)?;
+        Ok(ParticleModel { rigid: self.rigid, ..model }.corrected(corrections)?)
     }
 }
 
@@ -60,9 +74,10 @@ pub struct ParticleModel {
     rigid: Vec<u32>,
     graph: Option<Box<dyn GraphPolicy>>,
     laws: Vec<Box<dyn Law>>,
-    /// Number of velocities before the present one that some law looks at.
+    corrections: Vec<Box<dyn Correction>>,
+    /// Number of velocities before the present one that some law or correction looks at.
     memory: usize,
-    /// Where each law's weights lie in the model's.
+    /// Where the weights of each law and then of each correction lie in the model's.
     spans: Vec<Range<usize>>,
 }
 
@@ -83,15 +98,24 @@ impl ParticleModel {
             graph.is_some() || laws.iter().all(|law| law.rate() == Rate::Substep),
             "dynamics.laws holds a law that is asked once a control step: it needs a graph, add [dynamics.graph]"
         );
-        let mut end = 0;
-        let spans = laws.iter().map(|law| {
-            let start = end;
-            end += law.weights().len();
-            start..end
-        });
-        let spans = spans.collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
-        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, memory, spans })
+        let spans = spans(laws.iter().map(|law| law.weights().len()));
+        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, corrections: Vec::new(), memory, spans })
+    }
+
+    /// The same model, its predictions changed by `corrections` at the end of every control step, in their order.
+    ///
+    /// # Errors
+    /// When a correction asks for a graph and there is none.
+    pub fn corrected(self, corrections: Vec<Box<dyn Correction>>) -> anyhow::Result<Self> {
+        ensure!(
+            self.graph.is_some() || !corrections.iter().any(|c| c.draws()),
+            "dynamics.corrections holds a network: it needs a graph, add [dynamics.graph]"
+        );
+        let memory = corrections.iter().map(|c| c.memory()).fold(self.memory, usize::max);
+        let laws = self.laws.iter().map(|law| law.weights().len());
+        let spans = spans(laws.chain(corrections.iter().map(|c| c.weights().len())));
+        Ok(Self { corrections, memory, spans, ..self })
     }
 
     /// The laws of one rate, each with its place in the model's weights.
@@ -99,6 +123,21 @@ impl ParticleModel {
         let laws = self.laws.iter().zip(&self.spans).map(|(law, span)| (&**law, span));
         laws.filter(move |(law, _)| law.rate() == rate)
     }
+
+    /// The corrections, each with its place in the model's weights.
+    fn corrections(&self) -> impl DoubleEndedIterator<Item = (&dyn Correction, &Range<usize>)> + ExactSizeIterator {
+        let spans = &self.spans[self.laws.len()..];
+        self.corrections.iter().zip(spans).map(|(correction, span)| (&**correction, span))
+    }
+}
+
+/// Places of so many weights each, one after the other.
+fn spans(counts: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let place = |end: &mut usize, count: usize| {
+        *end += count;
+        Some(*end - count..*end)
+    };
+    counts.scan(0, place).collect()
 }
 
 impl Dynamics for ParticleModel {
@@ -106,7 +145,8 @@ impl Dynamics for ParticleModel {
 
     fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
         scene.check()?;
-        self.laws.iter().try_for_each(|law| law.accepts(scene))
+        self.laws.iter().try_for_each(|law| law.accepts(scene))?;
+        self.corrections.iter().try_for_each(|correction| correction.accepts(scene))
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
@@ -115,7 +155,7 @@ impl Dynamics for ParticleModel {
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
         let interval = Interval::new(self, state, control);
-        let particles = interval.advance(None);
+        let particles = interval.correct(interval.advance(None), None);
         state.next(particles, control)
     }
 
@@ -128,7 +168,8 @@ impl Dynamics for ParticleModel {
     }
 
     fn weights(&self) -> Vec<f32> {
-        self.laws.iter().flat_map(|law| law.weights()).collect()
+        let corrections = self.corrections.iter().flat_map(|correction| correction.weights());
+        self.laws.iter().flat_map(|law| law.weights()).chain(corrections).collect()
     }
 
     fn set_weights(&mut self, weights: &[f32]) {
@@ -136,14 +177,18 @@ impl Dynamics for ParticleModel {
         for (law, span) in self.laws.iter_mut().zip(&self.spans) {
             law.set_weights(&weights[span.clone()]);
         }
+        for (correction, span) in self.corrections.iter_mut().zip(&self.spans[self.laws.len()..]) {
+            correction.set_weights(&weights[span.clone()]);
+        }
     }
 
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
-        let mut learned = self.laws.iter().zip(&self.spans).filter(|(_, span)| !span.is_empty());
-        match (learned.next(), learned.next()) {
-            (Some((law, _)), None) => law.save_weights(path),
-            (None, _) => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
-            _ => anyhow::bail!("{} cannot hold the weights of several laws; train one at a time", path.display()),
+        let learned: Vec<usize> = (0..self.spans.len()).filter(|&part| !self.spans[part].is_empty()).collect();
+        match learned[..] {
+            [part] if part < self.laws.len() => self.laws[part].save_weights(path),
+            [part] => self.corrections[part - self.laws.len()].save_weights(path),
+            [] => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
+            _ => anyhow::bail!("{} cannot hold the weights of several networks; train one at a time", path.display()),
         }
     }
 }
