@@ -1,6 +1,7 @@
 //! World models: how particles move when a tool moves.
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
+mod backward;
 mod dynamics;
 pub mod formula;
 pub mod law;
@@ -12,7 +13,7 @@ mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
 pub use oracle::{Oracle, OracleSpec};
-pub use world_model::{Cost, Gradient, WorldModel};
+pub use world_model::{ConstantGradient, Cost, Gradient, WorldModel};
 
 family! {
     /// Every model that a config can name.

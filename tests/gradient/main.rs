@@ -13,6 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use std::sync::Arc;
 
+mod constants;
 mod direction;
 mod drift;
 mod memory;

@@ -47,9 +47,10 @@ pub struct ParticlesSpec {
 impl ParticlesSpec {
     pub(crate) fn build(self) -> anyhow::Result<ParticleModel> {
         let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
+        let names = self.laws.iter().map(LawSpec::called).collect();
         let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
         let graph = self.graph.map(GraphSpec::build).transpose()?;
-        Ok(ParticleModel { rigid: self.rigid, ..ParticleModel::new(self.substeps, self.keep, graph, laws)? })
+        Ok(ParticleModel { rigid: self.rigid, names, ..ParticleModel::new(self.substeps, self.keep, graph, laws)? })
     }
 }
 
@@ -62,8 +63,16 @@ pub struct ParticleModel {
     laws: Vec<Box<dyn Law>>,
     /// Number of velocities before the present one that some law looks at.
     memory: usize,
-    /// Where each law's weights lie in the model's.
-    spans: Vec<Range<usize>>,
+    /// What each law is addressed by: its place in the list where no config named it.
+    names: Vec<String>,
+    /// Where what each law owns lies in what the model owns.
+    spans: Vec<Spans>,
+}
+
+/// Where a law's weights and constants lie in the model's.
+struct Spans {
+    weights: Range<usize>,
+    constants: Range<usize>,
 }
 
 impl ParticleModel {
@@ -83,19 +92,21 @@ impl ParticleModel {
             graph.is_some() || laws.iter().all(|law| law.rate() == Rate::Substep),
             "dynamics.laws holds a law that is asked once a control step: it needs a graph, add [dynamics.graph]"
         );
-        let mut end = 0;
+        // The first constant is `keep`.
+        let mut end = (0, 1);
         let spans = laws.iter().map(|law| {
             let start = end;
-            end += law.weights().len();
-            start..end
+            end = (start.0 + law.weights().len(), start.1 + law.constants().len());
+            Spans { weights: start.0..end.0, constants: start.1..end.1 }
         });
         let spans = spans.collect();
+        let names = (0..laws.len()).map(|place| place.to_string()).collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
-        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, memory, spans })
+        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, memory, names, spans })
     }
 
-    /// The laws of one rate, each with its place in the model's weights.
-    fn laws(&self, rate: Rate) -> impl Iterator<Item = (&dyn Law, &Range<usize>)> {
+    /// The laws of one rate, each with its place in what the model owns.
+    fn laws(&self, rate: Rate) -> impl Iterator<Item = (&dyn Law, &Spans)> {
         let laws = self.laws.iter().zip(&self.spans).map(|(law, span)| (&**law, span));
         laws.filter(move |(law, _)| law.rate() == rate)
     }
@@ -139,14 +150,14 @@ impl Dynamics for ParticleModel {
     }
 
     fn set_weights(&mut self, weights: &[f32]) {
-        assert_eq!(weights.len(), self.spans.last().map_or(0, |s| s.end), "weights of another architecture");
+        assert_eq!(weights.len(), self.spans.last().map_or(0, |s| s.weights.end), "weights of another architecture");
         for (law, span) in self.laws.iter_mut().zip(&self.spans) {
-            law.set_weights(&weights[span.clone()]);
+            law.set_weights(&weights[span.weights.clone()]);
         }
     }
 
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
-        let mut learned = self.laws.iter().zip(&self.spans).filter(|(_, span)| !span.is_empty());
+        let mut learned = self.laws.iter().zip(&self.spans).filter(|(_, span)| !span.weights.is_empty());
         match (learned.next(), learned.next()) {
             (Some((law, _)), None) => law.save_weights(path),
             (None, _) => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
