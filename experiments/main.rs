@@ -18,6 +18,7 @@ mod formula;
 mod hierarchy;
 mod horizon;
 mod hybrid;
+mod identify;
 mod menu;
 mod metrics;
 mod network_speed;
@@ -26,6 +27,7 @@ mod peer;
 mod quickstart;
 mod radius;
 mod random_graph;
+mod recovery;
 mod rounds;
 mod speed;
 mod world;
@@ -50,6 +52,7 @@ const EXPERIMENTS: &[Experiment] = &[
     network_speed::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
+    identify::CLAIM,
 ];
 
 /// The claims of the paper.

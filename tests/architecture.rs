@@ -41,6 +41,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("egg", &["src/model/formula/"]),
     ("nalgebra", &["src/state/", "src/planner/"]),
     ("cmaes", &["src/train/"]),
+    ("clarabel", &["src/train/search/"]),
     ("lsap", &["src/metric/"]),
     ("hdf5_pure", &["src/data/export/"]),
     ("kuva", &["src/table/"]),

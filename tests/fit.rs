@@ -102,6 +102,28 @@ fn written_constants_are_identified_through_a_config() {
 }
 
 #[test]
+fn every_search_identifies_the_constants_that_made_the_data() {
+    let split = world();
+    let start = written(20.0, 1e3);
+    let before = evaluate(&*model(&start).build().unwrap(), &split.held_out, &split.tools).unwrap().rollout;
+    for (search, off) in [("gradient", 0.02), ("cma_then_gradient", 0.02), ("least_squares", 1e-3), ("bayesian", 0.1)] {
+        let folder = tempfile::tempdir().unwrap();
+        let constants = json!({"laws.viscosity.rate": [5.0, 200.0], "laws.tool.stiffness": [300.0, 1e4]});
+        let stage = json!({"kind": "identify", "constants": constants, "evaluations": 200, "windows": 4, "horizon": 6,
+            "motion": 1e-4, "sigma": 0.2, "seed": 1, "search": {"kind": search}});
+        let fitted = fit(stage, &start, &split, folder.path());
+        let after = evaluate(&*fitted.clone().build().unwrap(), &split.held_out, &split.tools).unwrap().rollout;
+        let fitted = serde_json::to_value(fitted).unwrap();
+        let found = [
+            fitted["laws"][0]["rate"].as_f64().unwrap() / 40.0,
+            fitted["laws"][2]["stiffness"].as_f64().unwrap() / 2e3,
+        ];
+        assert!(found.iter().all(|c| (c - 1.0).abs() < off), "{search}: {found:?} of the truth");
+        assert!(after < 0.2 * before, "{search}: {after} m against {before} m before");
+    }
+}
+
+#[test]
 fn a_network_learns_the_world_and_its_config_names_its_weights() {
     let (split, folder) = (world(), tempfile::tempdir().unwrap());
     let fitted = fit(training(400), &with_network(None), &split, folder.path());

@@ -1,6 +1,7 @@
 //! Identification finds the constants that made the data, and says what it found.
 mod toy;
 use pliant::model::WorldModel;
+use pliant::train::search::SearchSpec;
 use pliant::train::{Identification, IdentifySpec, Split, value};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
@@ -38,6 +39,8 @@ fn spec() -> IdentifySpec {
         motion: 1e-6,
         sigma: 0.2,
         seed: 3,
+        search: SearchSpec::default(),
+        starts: 1,
     }
 }
 
@@ -82,7 +85,8 @@ fn neither_threads_nor_a_stop_change_the_result() {
                 assert!(error.contains("goes on"), "{error}");
                 assert!(!folder.path().join("identify.json").exists());
             }
-            run(&spec, &start, folder.path(), &Watch::silent()).unwrap()
+            let (fitted, report) = run(&spec, &start, folder.path(), &Watch::silent()).unwrap();
+            (fitted, Identification { seconds: 0.0, ..report })
         })
     };
     let reference = found(1, false);
@@ -115,5 +119,35 @@ fn impossible_requests_are_answered_with_the_way_out() {
     assert!(fails(&rename).contains("did you mean `laws.push.gain`?"));
     assert!(fails(&|s| s.constants[0] = [0.0, 1.0]).contains("0 < low < high"));
     assert!(fails(&|s| s.constants.clear()).contains("name at least one"));
+    assert!(fails(&|s| s.starts = 0).contains("`starts`"));
+    let gradient = |s: &mut IdentifySpec| s.search = serde_json::from_value(json!({"kind": "gradient"})).unwrap();
+    assert!(fails(&gradient).contains("no derivative by `laws.drag.keep`"), "{}", fails(&gradient));
     assert!(fails(&|s| s.horizon = 50).contains("fewer than the 50"));
+}
+
+#[test]
+fn several_starts_share_the_evaluations_and_the_first_is_the_models_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let spec = IdentifySpec { evaluations: 120, starts: 3, ..spec() };
+    let (_, report) = run(&spec, &config([0.1, 4.0, 0.02]), folder.path(), &Watch::silent()).unwrap();
+    assert!((90..=120).contains(&report.evaluations), "{}", report.evaluations);
+    let alone = tempfile::tempdir().unwrap();
+    let one = IdentifySpec { evaluations: 40, starts: 1, ..spec };
+    let (_, first) = run(&one, &config([0.1, 4.0, 0.02]), alone.path(), &Watch::silent()).unwrap();
+    assert!(report.train.after <= first.train.after, "{:?} and {:?}", report.train, first.train);
+}
+
+#[test]
+fn the_report_says_how_sensitive_the_error_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (fitted, report) = run(&spec(), &config([0.1, 4.0, 0.02]), folder.path(), &Watch::silent()).unwrap();
+    let after = report.train.after.unwrap();
+    let found = report.constants.values().map(|c| c.after).collect::<Vec<_>>();
+    for (k, (path, constant)) in report.constants.iter().enumerate() {
+        assert_eq!(value(&fitted, path).unwrap(), found[k]);
+        let [less, more] = constant.beside.map(|e| e.expect("a finite error"));
+        assert!(less.max(more) > after, "{path}: {constant:?} beside {after}");
+    }
+    let of = |k: usize| report.constants[k].beside[1].unwrap();
+    assert!(of(1) > 2.0 * of(2), "the push matters more than the lift: {:?}", report.constants);
 }

@@ -56,6 +56,21 @@ pub trait Dynamics: Send + Sync {
 pub trait Adjoint<S> {
     /// `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`; adds `∂J/∂weights` to `weights` unless that slice is empty.
     fn step_vjp(&self, state: &S, control: &Control, next: &[f64], weights: &mut [f32]) -> (Vec<f64>, ControlGrad);
+    /// Paths into the model's config of the constants that it has derivatives by, such as `laws.contact.stiffness`.
+    fn constants(&self) -> Vec<String> {
+        Vec::new()
+    }
+    /// As [`Adjoint::step_vjp`], but adds `∂J/∂constants`, in the order of [`Adjoint::constants`], to `constants`.
+    fn constants_vjp(
+        &self,
+        state: &S,
+        control: &Control,
+        next: &[f64],
+        constants: &mut [f64],
+    ) -> (Vec<f64>, ControlGrad) {
+        assert!(constants.is_empty(), "a model that names constants has no derivatives by them");
+        self.step_vjp(state, control, next, &mut [])
+    }
     /// `∂J/∂x` from `∂J/∂particles`.
     fn decode_vjp(&self, state: &S, particles: &ParticlesGrad) -> Vec<f64>;
     /// `∂J/∂scene` from `∂J/∂x₀`, `start` being the encoded scene; adds `∂J/∂weights` to `weights` unless that slice is empty.

@@ -1,6 +1,7 @@
 //! World models: how particles move when a tool moves.
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
+mod backward;
 pub mod correction;
 mod cotangent;
 mod dynamics;
@@ -23,7 +24,7 @@ pub use latent::LatentSpec;
 pub use linear::LinearSpec;
 pub use oracle::{Oracle, OracleSpec};
 pub use unet::UNetSpec;
-pub use world_model::{Cost, Gradient, WorldModel};
+pub use world_model::{ConstantGradient, Cost, Gradient, WorldModel};
 
 family! {
     /// Every model that a config can name.

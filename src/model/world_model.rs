@@ -1,5 +1,6 @@
 //! What everyone but a model's author holds: rollouts and their gradients, written once for every [`Dynamics`].
-use super::Dynamics;
+use super::backward::sweep;
+use super::{Adjoint, Dynamics};
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
 use crate::tool::Motion;
 use rayon::prelude::*;
@@ -31,6 +32,15 @@ pub struct Gradient {
     pub weights: Vec<f32>,
 }
 
+/// J and its derivatives by the constants of a model's config.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstantGradient {
+    /// J.
+    pub cost: f64,
+    /// `∂J/∂constants`, in the order of [`WorldModel::constants`].
+    pub constants: Vec<f64>,
+}
+
 /// Any [`Dynamics`] with its state type erased: what planners, trainers and evaluators hold.
 pub trait WorldModel: Send + Sync {
     /// See [`Dynamics::accepts`].
@@ -46,6 +56,24 @@ pub trait WorldModel: Send + Sync {
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
     /// J, `∂J/∂u` and `∂J/∂weights`, or `None` when the model has no adjoint.
     fn weight_gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
+    /// Paths into the model's config of the constants that it has derivatives by, see [`super::Adjoint::constants`].
+    fn constants(&self) -> Vec<String> {
+        Vec::new()
+    }
+    /// J and `∂J/∂constants`, or `None` when the model has no adjoint.
+    ///
+    /// The derivative goes back through at most `truncation` steps, in pieces that each take their start as given (truncated
+    /// backpropagation, Williams & Peng 1990); it is exact where that is no less than the number of controls.
+    fn constant_gradient(
+        &self,
+        scene: &Scene,
+        controls: &[Control],
+        cost: &dyn Cost,
+        truncation: usize,
+    ) -> Option<ConstantGradient> {
+        let _ = (scene, controls, cost, truncation);
+        None
+    }
     /// See [`Dynamics::weights`].
     fn weights(&self) -> Vec<f32>;
     /// See [`Dynamics::set_weights`].
@@ -88,11 +116,30 @@ impl<D: Dynamics> WorldModel for D {
     }
 
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient> {
-        sweep(self, scene, controls, cost, Vec::new())
+        with_weights(self, scene, controls, cost, Vec::new())
     }
 
     fn weight_gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient> {
-        sweep(self, scene, controls, cost, vec![0.0; Dynamics::weights(self).len()])
+        with_weights(self, scene, controls, cost, vec![0.0; Dynamics::weights(self).len()])
+    }
+
+    fn constants(&self) -> Vec<String> {
+        self.adjoint().map_or_else(Vec::new, |adjoint| adjoint.constants())
+    }
+
+    fn constant_gradient(
+        &self,
+        scene: &Scene,
+        controls: &[Control],
+        cost: &dyn Cost,
+        truncation: usize,
+    ) -> Option<ConstantGradient> {
+        let mut constants = vec![0.0; WorldModel::constants(self).len()];
+        let pull = |adjoint: &dyn Adjoint<D::State>, x: &D::State, u: &Control, next: &[f64]| {
+            adjoint.constants_vjp(x, u, next, &mut constants)
+        };
+        let swept = sweep(self, scene, controls, cost, truncation, pull)?;
+        Some(ConstantGradient { cost: swept.cost, constants })
     }
 
     fn weights(&self) -> Vec<f32> {
@@ -108,30 +155,17 @@ impl<D: Dynamics> WorldModel for D {
     }
 }
 
-/// Forward through the steps, then backward; only states are kept, each step's tape lives for that step alone.
-fn sweep<D: Dynamics>(
+fn with_weights<D: Dynamics>(
     model: &D,
     scene: &Scene,
     controls: &[Control],
     cost: &dyn Cost,
     mut weights: Vec<f32>,
 ) -> Option<Gradient> {
-    let adjoint = model.adjoint()?;
-    let horizon = controls.len();
-    let mut states = vec![model.encode(scene)];
-    for control in controls {
-        states.push(model.step(states.last().expect("the encoded start"), control));
-    }
-    let decoded: Vec<_> = states.iter().map(|x| model.decode(x)).collect();
-    let pull = |t: usize| adjoint.decode_vjp(&states[t], &cost.gradient(t, horizon, &decoded[t]));
-    let mut at_state = pull(horizon);
-    let mut at_controls = vec![ControlGrad::default(); horizon];
-    for t in (0..horizon).rev() {
-        let (back, control) = adjoint.step_vjp(&states[t], &controls[t], &at_state, &mut weights);
-        at_controls[t] = control;
-        at_state = pull(t);
-        at_state.iter_mut().zip(&back).for_each(|(a, b)| *a += b);
-    }
-    let scene = adjoint.encode_vjp(&states[0], &at_state, &mut weights);
-    Some(Gradient { cost: cost.total(&decoded), scene, controls: at_controls, weights })
+    let pull = |adjoint: &dyn Adjoint<D::State>, x: &D::State, u: &Control, next: &[f64]| {
+        adjoint.step_vjp(x, u, next, &mut weights)
+    };
+    let swept = sweep(model, scene, controls, cost, controls.len(), pull)?;
+    let scene = model.adjoint()?.encode_vjp(&swept.start, &swept.at_start, &mut weights);
+    Some(Gradient { cost: swept.cost, scene, controls: swept.controls, weights })
 }

@@ -18,13 +18,20 @@ pub fn identification(model: &str, folder: &Path) -> anyhow::Result<Option<Grid>
         serde_json::from_str(&text).with_context(|| format!("{} is damaged", path.display()))?;
     let line = |(name, c): (&String, &crate::train::Constant)| {
         let numbers = [c.before, c.after, c.low, c.high].map(|x| format!("{x:.4}"));
-        std::iter::once(name.clone()).chain(numbers).collect()
+        let change = |beside: Option<f64>| match (beside, found.train.after) {
+            (Some(beside), Some(after)) if after > 0.0 => format!("{:+.2}", 100.0 * (beside / after - 1.0)),
+            _ => "–".to_owned(),
+        };
+        std::iter::once(name.clone()).chain(numbers).chain(c.beside.map(change)).collect()
     };
     let mut notes = vec![sentence("fitted windows", &found.train)];
+    notes.push("at ±10 %: change of the error on fitted windows when this constant alone changes so much".into());
     notes.extend(found.held_out.as_ref().map(|errors| sentence("held-out windows", errors)));
     Ok(Some(Grid {
-        title: format!("Identification of {model}, {} evaluations", found.evaluations),
-        header: ["constant", "before", "after", "lowest", "highest"].map(String::from).to_vec(),
+        title: format!("Identification of {model}, {} evaluations in {:.0} s", found.evaluations, found.seconds),
+        header: ["constant", "before", "after", "lowest", "highest", "at −10 % [%]", "at +10 % [%]"]
+            .map(String::from)
+            .to_vec(),
         rows: found.constants.iter().map(line).collect(),
         notes,
     }))

@@ -1,90 +1,45 @@
 //! Identification: the constants of written laws that fit the data best.
-use super::constants::{replace, value};
+use super::constants::value;
+use super::fitting::{Build, Fitting, mean_cost};
+use super::identification::{BESIDE, Constant, Errors, Identification};
 use super::identify_spec::IdentifySpec;
 use super::journal::Journal;
 use super::matched::{Matched, displacement_scale};
-use super::search::Search;
+use super::search::{Found, Search, Start, Tried, place};
 use super::split::Split;
 use super::window::Window;
 use super::windows::Windows;
 use crate::config::write_whole;
 use crate::data::Episode;
-use crate::model::{Cost, WorldModel};
+use crate::model::Cost;
+use crate::state::stream;
 use crate::watch::Watch;
 use anyhow::Context;
 use indexmap::IndexMap;
-use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
+use rand::Rng;
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
+use std::time::Instant;
 
 /// Fits constants to data.
-#[derive(Clone, Debug)]
 pub struct Identifier {
     pub(super) spec: IdentifySpec,
-}
-
-/// What a finished identification reports, also in `identify.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Identification {
-    /// By path.
-    pub constants: IndexMap<String, Constant>,
-    /// Error on the windows that were fitted to.
-    pub train: Errors,
-    /// Error on windows of episodes that were not, taken in the same way.
-    pub held_out: Option<Errors>,
-    /// Sets of constants that were tried.
-    pub evaluations: usize,
-}
-
-/// A constant before and after, and its bounds, in its own unit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Constant {
-    /// In the model's config.
-    pub before: f64,
-    /// The best found.
-    pub after: f64,
-    /// Lower bound.
-    pub low: f64,
-    /// Upper bound.
-    pub high: f64,
-}
-
-/// Root mean square position error over windows, their steps and particles \[m\].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
-    /// With the constants of the model's config; `None` when not finite.
-    pub before: Option<f64>,
-    /// With the constants found; `None` when not finite.
-    pub after: Option<f64>,
-    /// If nothing ever moved.
-    pub still: f64,
+    pub(super) search: Box<dyn Search>,
 }
 
 /// A line of `metrics.jsonl`.
 #[derive(Serialize)]
 struct Line {
-    /// Number of the generation.
+    /// Number of the round.
     step: u64,
     /// Best error so far \[m\].
     error: f64,
-    sigma: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sigma: Option<f64>,
     evaluations: usize,
     constants: IndexMap<String, f64>,
     seconds: f64,
-}
-
-/// Turns a model's config into a model.
-pub(super) type Build<'a> = &'a (dyn Fn(&Value) -> anyhow::Result<Box<dyn WorldModel>> + Sync);
-
-/// A constant's place between its bounds on a logarithmic scale, `u = ln(c/low) / ln(high/low)`.
-fn place(constant: f64, [low, high]: [f64; 2]) -> f64 {
-    (constant.clamp(low, high) / low).ln() / (high / low).ln()
-}
-
-/// The constant at place `u`.
-fn at(u: f64, [low, high]: [f64; 2]) -> f64 {
-    (low * (high / low).powf(u)).clamp(low, high)
 }
 
 impl Identifier {
@@ -95,8 +50,8 @@ impl Identifier {
     /// `identify.json` into `folder`. A learned law in the model takes part as it is.
     ///
     /// # Errors
-    /// When the data cannot be used, a path is unknown, a file cannot be written, or `watch` asks to stop (then
-    /// everything is saved first).
+    /// When the data cannot be used, a path is unknown, the search needs a derivative that the model has not, a file cannot be
+    /// written, or `watch` asks to stop (then everything is saved first).
     pub fn identify(
         &self,
         model: &Value,
@@ -113,89 +68,95 @@ impl Identifier {
         let first = build(model)?;
         let mut scenes = windows.iter().chain(&held_out);
         scenes.try_for_each(|w| first.accepts(&w.scene)).context("the model cannot start from the data")?;
-        let with = |point: &[f64]| {
-            let bounds = spec.constants.iter().zip(point);
-            replace(model, bounds.map(|((path, bounds), u)| (path.as_str(), at(*u, *bounds))))
-        };
-        let cost = |point: &[f64]| {
-            // A set of constants that the model refuses is as bad as one that makes it diverge.
-            with(point).and_then(|spec| build(&spec)).map_or(f64::NAN, |model| mean_cost(&*model, &windows, scale))
-        };
+        let fitting = Fitting { model, build, constants: &spec.constants, windows: &windows, scale };
+        if self.search.differentiates() {
+            fitting.places(&*first)?;
+        }
 
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         let identity = json!([spec, model, scale, windows.len()]).to_string();
-        let mut journal = Journal::open(folder, 0)?;
-        let bar = watch.stage("identify", spec.evaluations as u64);
-        let search = Search {
-            start: before.iter().zip(spec.constants.values()).map(|(c, bounds)| place(*c, *bounds)).collect(),
-            sigma: spec.sigma,
-            seed: spec.seed,
-            evaluations: spec.evaluations,
-            memory: &folder.join("costs.bin"),
-            identity: &identity,
-        };
-        let found = search.minimise(cost, |generation, best, sigma| {
-            let error = scale * best.cost.sqrt();
-            journal.line(&Line {
-                step: generation,
-                error,
-                sigma,
-                evaluations: best.evaluations,
-                constants: self.constants(&best.point),
-                seconds: bar.elapsed().as_secs_f64(),
-            })?;
-            bar.set_position(best.evaluations as u64);
-            bar.set_message(format!("error {:.3} mm", 1e3 * error));
-            watch.go_on(|| {
-                format!("identification stopped after generation {generation}; the same command goes on from there")
-            })?;
-            Ok(())
-        })?;
-        bar.finish();
+        let tried = Tried::new(&fitting, folder, &identity)?;
+        let start: Vec<f64> =
+            before.iter().zip(spec.constants.values()).map(|(c, bounds)| place(*c, *bounds)).collect();
+        let clock = Instant::now();
+        let found = self.search(start, &tried, &fitting, folder, watch)?;
+        let seconds = clock.elapsed().as_secs_f64();
 
-        let fitted = with(&found.point)?;
+        let after = fitting.constants(&found.point);
+        let fitted = fitting.with(&after)?;
         let last = build(&fitted)?;
-        let rows = spec.constants.iter().zip(before).zip(self.constants(&found.point).into_values());
-        let constants = rows.map(|(((path, [low, high]), before), after)| {
-            (path.clone(), Constant { before, after, low: *low, high: *high })
+        let beside = |k: usize| {
+            BESIDE.map(|factor| {
+                let mut changed = after.clone();
+                changed[k] *= factor;
+                rms(fitting.error(&changed), scale)
+            })
+        };
+        let rows = spec.constants.iter().zip(before).zip(&after).enumerate();
+        let constants = rows.map(|(k, (((path, [low, high]), before), after))| {
+            (path.clone(), Constant { before, after: *after, low: *low, high: *high, beside: beside(k) })
         });
+        let constants = constants.collect();
         let compare = |windows: &[Window<'_>]| Errors {
             before: rms(mean_cost(&*first, windows, scale), scale),
             after: rms(mean_cost(&*last, windows, scale), scale),
             still: still(windows, scale),
         };
-        let identification = Identification {
-            constants: constants.collect(),
-            train: compare(&windows),
-            held_out: (!held_out.is_empty()).then(|| compare(&held_out)),
-            evaluations: found.evaluations,
-        };
+        let (train, held_out) = (compare(&windows), (!held_out.is_empty()).then(|| compare(&held_out)));
+        let identification = Identification { constants, train, held_out, evaluations: found.evaluations, seconds };
         write_whole(&folder.join("identify.json"), &serde_json::to_vec_pretty(&identification)?)?;
         Ok((fitted, identification))
+    }
+
+    /// Searches from every start, the first where the model's config is and all others at random, with equal shares of the evaluations.
+    fn search(
+        &self,
+        start: Vec<f64>,
+        tried: &Tried<'_>,
+        fitting: &Fitting<'_>,
+        folder: &Path,
+        watch: &Watch,
+    ) -> anyhow::Result<Found> {
+        let spec = &self.spec;
+        let mut journal = Journal::open(folder, 0)?;
+        let bar = watch.stage("identify", spec.evaluations as u64);
+        let mut round = 0;
+        let mut each = |sigma: Option<f64>| {
+            round += 1;
+            tried.save()?;
+            let best = tried.best()?;
+            let error = fitting.scale * best.cost.sqrt();
+            let constants = spec.constants.keys().cloned().zip(fitting.constants(&best.point)).collect();
+            let (evaluations, seconds) = (best.evaluations, bar.elapsed().as_secs_f64());
+            journal.line(&Line { step: round, error, sigma, evaluations, constants, seconds })?;
+            bar.set_position(best.evaluations as u64);
+            bar.set_message(format!("error {:.3} mm", 1e3 * error));
+            watch
+                .go_on(|| format!("identification stopped after round {round}; the same command goes on from there"))?;
+            Ok(())
+        };
+        for k in 0..spec.starts {
+            let mut rng = stream(spec.seed, &[u64::from_le_bytes(*b"starts  "), k as u64]);
+            let point = match k {
+                0 => start.clone(),
+                _ => start.iter().map(|_| rng.random()).collect(),
+            };
+            let evaluations = (spec.evaluations - tried.spent().min(spec.evaluations)) / (spec.starts - k);
+            let seed = spec.seed.wrapping_add(k as u64);
+            self.search.search(&Start { point, sigma: spec.sigma, seed, evaluations }, tried, &mut each)?;
+        }
+        if tried.spent() == 0 {
+            // Too few evaluations for a single derivative: the model stays as it is.
+            tried.cost(&start);
+        }
+        bar.finish();
+        tried.best()
     }
 
     fn windows<'a>(&self, episodes: &'a [Episode], split: &'a Split) -> anyhow::Result<Vec<Window<'a>>> {
         let all = Windows::new(episodes, &split.tools, self.spec.horizon, self.spec.motion)?;
         Ok(all.spread_moving(self.spec.windows))
     }
-
-    fn constants(&self, point: &[f64]) -> IndexMap<String, f64> {
-        let places = self.spec.constants.iter().zip(point);
-        places.map(|((path, bounds), u)| (path.clone(), at(*u, *bounds))).collect()
-    }
-}
-
-/// Mean [`Matched`] error over windows, summed in their order.
-fn mean_cost(model: &dyn WorldModel, windows: &[Window<'_>], scale: f64) -> f64 {
-    let costs: Vec<f64> = windows
-        .par_iter()
-        .map(|w| {
-            let rollout = model.rollout(&w.scene, &w.controls);
-            let finite = rollout.iter().all(|x| x.is_finite());
-            if finite { Matched { targets: &w.targets, scale }.total(&rollout) } else { f64::INFINITY }
-        })
-        .collect();
-    costs.iter().sum::<f64>() / costs.len() as f64
 }
 
 fn still(windows: &[Window<'_>], scale: f64) -> f64 {

@@ -1,10 +1,11 @@
 //! The config of an identification.
 use super::identify::Identifier;
+use super::search::SearchSpec;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How constants are fitted by CMA-ES.
+/// How constants are fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IdentifySpec {
@@ -14,7 +15,7 @@ pub struct IdentifySpec {
     /// judged by their own prediction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<String>,
-    /// Sets of constants that may be tried.
+    /// Sets of constants that may be tried, a gradient counting as many as its price.
     #[schemars(range(min = 12))]
     pub evaluations: usize,
     /// Windows of the training episodes that each is tried on.
@@ -31,6 +32,21 @@ pub struct IdentifySpec {
     pub sigma: f64,
     /// Seed of the search.
     pub seed: u64,
+    /// How the constants are looked for.
+    #[serde(default, skip_serializing_if = "SearchSpec::is_default")]
+    pub search: SearchSpec,
+    /// Searches that share the evaluations, the first from the model's own constants, the others from random ones.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1))]
+    pub starts: usize,
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(value: &usize) -> bool {
+    *value == 1
 }
 
 impl IdentifySpec {
@@ -44,12 +60,18 @@ impl IdentifySpec {
             let log = *low > 0.0 && high > low && high.is_finite();
             anyhow::ensure!(log, "the bounds of `{path}` are [{low}, {high}]; give 0 < low < high");
         }
-        let counts = [("evaluations", self.evaluations), ("windows", self.windows), ("horizon", self.horizon)];
+        let counts = [
+            ("evaluations", self.evaluations),
+            ("windows", self.windows),
+            ("horizon", self.horizon),
+            ("starts", self.starts),
+        ];
         for (key, value) in counts {
             anyhow::ensure!(value > 0, "`{key}` of the identification is 0; give at least 1");
         }
         let inside = self.sigma > 0.0 && self.sigma <= 1.0;
         anyhow::ensure!(inside, "`sigma` of the identification is {}; give a number from 0 to 1", self.sigma);
-        Ok(Identifier { spec: self })
+        let search = self.search.clone().build()?;
+        Ok(Identifier { spec: self, search })
     }
 }

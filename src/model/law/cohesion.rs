@@ -72,4 +72,22 @@ impl Pair for Cohesion {
         let along = at.dot(normal);
         (pull / distance * at + (slope - pull / distance) * along * normal, DVec3::ZERO)
     }
+
+    fn constants(&self) -> &[&'static str] {
+        &["strength", "contact", "reach"]
+    }
+
+    fn pull_constants(&self, offset: DVec3, square: f64, _: DVec3, at: DVec3, constants: &mut [f64]) {
+        if square <= self.spec.contact * self.spec.contact {
+            return;
+        }
+        let distance = square.sqrt();
+        let s = (distance - self.spec.contact) * self.inverse;
+        let bump = 4.0 * s * (1.0 - s);
+        let along = at.dot(offset) / distance;
+        let by_place = -self.spec.strength * 8.0 * bump * (1.0 - 2.0 * s) * along;
+        constants[0] -= bump * bump * along;
+        constants[1] -= by_place * (1.0 - s) * self.inverse;
+        constants[2] -= by_place * s * self.inverse;
+    }
 }

@@ -29,6 +29,9 @@ pub struct CompliantSpec {
     pub slip: f64,
 }
 
+/// Names of the constants, in the order of [`CompliantSpec::pull_constants`].
+pub(super) const COMPLIANT: [&str; 5] = ["radius", "stiffness", "damping", "friction", "slip"];
+
 /// What the formula says pulls back onto: `∂J/∂(δ, n, v)`.
 pub(super) struct ContactGrad {
     pub(super) overlap: f64,
@@ -78,6 +81,26 @@ impl CompliantSpec {
             normal: push * at - separating * by_sliding + by_separating * velocity,
             velocity: by_sliding + by_separating * normal,
         }
+    }
+
+    /// Pulls `at` = `∂J/∂acceleration` back to `∂J/∂(δ, k, d, μ, v_s)`: the radius counts as often as δ has it.
+    pub(super) fn pull_constants(&self, overlap: f64, normal: DVec3, velocity: DVec3, at: DVec3) -> [f64; 5] {
+        let separating = velocity.dot(normal);
+        let (rest, slope) = ramp(1.0 - self.damping * separating);
+        let root = overlap.sqrt();
+        let unit = overlap * root * rest;
+        let sliding = velocity - separating * normal;
+        let inverse = (sliding.length_squared() + self.slip * self.slip).sqrt().recip();
+        let along = inverse * at.dot(sliding);
+        let by_push = at.dot(normal) - self.friction * along;
+        let push = self.stiffness * unit;
+        [
+            1.5 * self.stiffness * root * rest * by_push,
+            unit * by_push,
+            -self.stiffness * overlap * root * slope * separating * by_push,
+            -push * along,
+            self.friction * push * self.slip * inverse * inverse * along,
+        ]
     }
 }
 

@@ -1,5 +1,5 @@
 //! Contact between particles: they push when they overlap, and rub when they slide.
-use super::compliant::CompliantSpec;
+use super::compliant::{COMPLIANT, CompliantSpec};
 use super::pair::{Pair, Pairwise};
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -38,5 +38,16 @@ impl Pair for Contact {
         let by = self.0.pull(2.0 * self.0.radius - distance, normal, velocity, at);
         let turning = (by.normal - normal * normal.dot(by.normal)) / distance;
         (turning - by.overlap * normal, by.velocity)
+    }
+
+    fn constants(&self) -> &[&'static str] {
+        &COMPLIANT
+    }
+
+    fn pull_constants(&self, offset: DVec3, square: f64, velocity: DVec3, at: DVec3, constants: &mut [f64]) {
+        let distance = square.sqrt();
+        let mut by = self.0.pull_constants(2.0 * self.0.radius - distance, offset / distance, velocity, at);
+        by[0] *= 2.0;
+        constants.iter_mut().zip(by).for_each(|(sum, by)| *sum += by);
     }
 }

@@ -1,5 +1,5 @@
 //! The table, a compliant plane z = 0, and walls alike.
-use super::compliant::CompliantSpec;
+use super::compliant::{COMPLIANT, CompliantSpec};
 use super::{Law, View, ViewGrad};
 use crate::state::Wall;
 use glam::DVec3;
@@ -42,6 +42,23 @@ impl Law for Floor {
                     let by = self.0.pull(overlap, plane.normal, *velocity, out[i]);
                     grad.particles.positions[i] -= by.overlap * plane.normal;
                     grad.particles.velocities[i] += by.velocity;
+                }
+            }
+        }
+    }
+
+    fn constants(&self) -> Vec<&str> {
+        COMPLIANT.to_vec()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        let particles = view.particles.positions.iter().zip(&view.particles.velocities);
+        for ((position, velocity), at) in particles.zip(out) {
+            for plane in planes(view) {
+                let overlap = self.0.radius - plane.distance(*position);
+                if overlap > 0.0 {
+                    let by = self.0.pull_constants(overlap, plane.normal, *velocity, *at);
+                    constants.iter_mut().zip(by).for_each(|(sum, by)| *sum += by);
                 }
             }
         }

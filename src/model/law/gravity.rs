@@ -33,4 +33,12 @@ impl Law for Gravity {
     }
 
     fn accelerate_vjp(&self, _: &View<'_>, _: &[DVec3], _: &mut ViewGrad<'_>) {}
+
+    fn constants(&self) -> Vec<&str> {
+        vec!["acceleration"]
+    }
+
+    fn constants_vjp(&self, _: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        constants[0] -= out.iter().map(|a| a.z).sum::<f64>();
+    }
 }

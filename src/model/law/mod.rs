@@ -92,6 +92,15 @@ pub trait Law: Send + Sync {
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]);
     /// Adds `∂J/∂view` to `grad`, from `∂J/∂acceleration`.
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>);
+    /// Names of the constants that it has derivatives by, as its config names them.
+    fn constants(&self) -> Vec<&str> {
+        Vec::new()
+    }
+    /// Adds `∂J/∂constants`, in the order of [`Law::constants`], to `constants`, from `∂J/∂acceleration`.
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        let _ = (view, out);
+        assert!(constants.is_empty(), "a law that names constants has no derivatives by them");
+    }
     /// Trainable weights, flat.
     fn weights(&self) -> Vec<f32> {
         Vec::new()
@@ -120,5 +129,14 @@ family! {
         Gravity(gravity::GravitySpec),
         Learned(learned::LearnedSpec),
         Formula(formula::FormulaSpec),
+    }
+}
+
+impl LawSpec {
+    /// What its constants are addressed by: its `name`, or where it has none its `kind`.
+    pub fn called(&self) -> String {
+        let spec = serde_json::to_value(self).expect("specs are plain data");
+        let called = spec["name"].as_str().or_else(|| spec["kind"].as_str());
+        called.expect("a member of a family has a kind").to_owned()
     }
 }

@@ -13,6 +13,15 @@ pub trait Pair: Send + Sync {
     fn acceleration(&self, offset: DVec3, square: f64, velocity: DVec3) -> DVec3;
     /// `(∂J/∂x, ∂J/∂v)` from `at` = `∂J/∂acceleration`.
     fn pull(&self, offset: DVec3, square: f64, velocity: DVec3, at: DVec3) -> (DVec3, DVec3);
+    /// Names of the constants that it has derivatives by.
+    fn constants(&self) -> &[&'static str] {
+        &[]
+    }
+    /// Adds `∂J/∂constants`, in that order, from `at` = `∂J/∂acceleration`.
+    fn pull_constants(&self, offset: DVec3, square: f64, velocity: DVec3, at: DVec3, constants: &mut [f64]) {
+        let _ = (offset, square, velocity, at);
+        assert!(constants.is_empty(), "a law that names constants has no derivatives by them");
+    }
 }
 
 /// The law that sums a [`Pair`] over the half list of neighbours, each unordered pair once.
@@ -61,6 +70,17 @@ impl<P: Pair> Law for Pairwise<P> {
             grad.positions[j] -= x;
             grad.velocities[i] += v;
             grad.velocities[j] -= v;
+        });
+    }
+
+    fn constants(&self) -> Vec<&str> {
+        self.0.constants().to_vec()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        let velocities = &view.particles.velocities[..];
+        self.visit(view, |i, j, offset, square| {
+            self.0.pull_constants(offset, square, velocities[i] - velocities[j], out[i] - out[j], constants);
         });
     }
 }

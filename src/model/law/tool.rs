@@ -1,5 +1,5 @@
 //! The tool: compliant contact with moving rigid parts through their signed distance.
-use super::compliant::{CompliantSpec, ContactGrad};
+use super::compliant::{COMPLIANT, CompliantSpec, ContactGrad};
 use super::{Law, View, ViewGrad};
 use crate::model::placed::Placed;
 use crate::state::Projection;
@@ -107,6 +107,19 @@ impl Law for Tool {
             let overlap = law.radius - touch.distance();
             let by = law.pull(overlap, touch.normal(), touch.velocity(view), out[touch.particle]);
             touch.pull(&by, grad);
+        });
+    }
+
+    fn constants(&self) -> Vec<&str> {
+        COMPLIANT.to_vec()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
+        Placed::touches(&parts, &view.particles.positions, |touch| {
+            let overlap = law.radius - touch.distance();
+            let by = law.pull_constants(overlap, touch.normal(), touch.velocity(view), out[touch.particle]);
+            constants.iter_mut().zip(by).for_each(|(sum, by)| *sum += by);
         });
     }
 }

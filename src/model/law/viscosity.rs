@@ -53,4 +53,15 @@ impl Pair for Viscosity {
         let by_offset = weight * (closing * at + along * velocity) + slope * closing * along * offset;
         (by_offset, weight * along * offset)
     }
+
+    fn constants(&self) -> &[&'static str] {
+        &["rate", "reach"]
+    }
+
+    fn pull_constants(&self, offset: DVec3, square: f64, velocity: DVec3, at: DVec3, constants: &mut [f64]) {
+        let fade = 1.0 - square * self.inverse;
+        let both = velocity.dot(offset) * at.dot(offset);
+        constants[0] -= fade * fade * both / square;
+        constants[1] -= 4.0 * self.spec.rate * fade * both * self.inverse / self.spec.reach;
+    }
 }

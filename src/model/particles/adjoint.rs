@@ -9,6 +9,12 @@ use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Pose, PoseGra
 use glam::DVec3;
 use std::ops::Range;
 
+/// Where derivatives are added by what the model owns; empty where nobody asks.
+struct Owned<'a> {
+    weights: &'a mut [f32],
+    constants: &'a mut [f64],
+}
+
 /// What flows backwards through an interval.
 struct Backward<'a> {
     interval: &'a Interval<'a>,
@@ -31,16 +37,19 @@ impl Backward<'_> {
         view: impl Fn(&dyn Law) -> View<'v>,
         at: &[DVec3],
         fraction: f64,
-        weights: &mut [f32],
+        owned: &mut Owned<'_>,
     ) {
-        for (law, span) in self.interval.model.laws(rate) {
-            let own: Range<usize> = if weights.is_empty() { 0..0 } else { span.clone() };
+        for (law, spans) in self.interval.model.laws(rate) {
+            if !owned.constants.is_empty() {
+                law.constants_vjp(&view(law), at, &mut owned.constants[spans.constants.clone()]);
+            }
+            let own = if owned.weights.is_empty() { 0..0 } else { spans.weights.clone() };
             let mut grad = ViewGrad {
                 particles: std::mem::take(&mut self.particles),
                 past: std::mem::take(&mut self.past),
                 poses: std::mem::take(&mut self.poses),
                 twists: std::mem::take(&mut self.twists),
-                weights: &mut weights[own],
+                weights: &mut owned.weights[own],
             };
             law.accelerate_vjp(&view(law), at, &mut grad);
             (self.particles, self.past) = (grad.particles, grad.past);
@@ -92,15 +101,16 @@ fn add(sum: &mut PoseGrad, term: &PoseGrad) {
     sum.rotation += term.rotation;
 }
 
-impl Adjoint<ParticleState> for ParticleModel {
+impl ParticleModel {
     /// With λ = `∂J/∂` of what follows: `λ_a = h (λ_v + h λ_x)`, `λ_v ← keep (λ_v + h λ_x) + (∂a/∂v)ᵀ λ_a`,
-    /// `λ_x ← λ_x + (∂a/∂x)ᵀ λ_a`; held accelerations collect `Σ λ_a` and are pulled back once.
-    fn step_vjp(
+    /// `λ_x ← λ_x + (∂a/∂x)ᵀ λ_a`; held accelerations collect `Σ λ_a` and are pulled back once. Constants collect
+    /// `(∂a/∂c)ᵀ λ_a`.
+    fn pull(
         &self,
         state: &ParticleState,
         control: &Control,
         next: &[f64],
-        weights: &mut [f32],
+        mut owned: Owned<'_>,
     ) -> (Vec<f64>, ControlGrad) {
         let count = state.particles.len();
         let interval = Interval::new(self, state, control);
@@ -123,7 +133,7 @@ impl Adjoint<ParticleState> for ParticleModel {
             poses: nothing,
             twists: vec![Twist::default(); parts],
         };
-        let start = back.corrections(&given, weights);
+        let start = back.corrections(&given, owned.weights);
         let mut at_acceleration = vec![DVec3::ZERO; count];
         let mut at_held = vec![DVec3::ZERO; count];
         let mut poses: Vec<Pose> = Vec::with_capacity(parts);
@@ -131,6 +141,9 @@ impl Adjoint<ParticleState> for ParticleModel {
         for (k, Substep { start, lists, rigid }) in tape.iter().enumerate().rev() {
             for (rows, motion) in state.rigid.iter().zip(rigid) {
                 motion.pull(rows, interval.h, &mut back.particles, &mut by_start);
+            }
+            if let Some(by_keep) = owned.constants.first_mut() {
+                *by_keep += interval.keep_vjp(start, &back.particles);
             }
             let ParticlesGrad { positions, velocities } = &mut back.particles;
             for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
@@ -141,14 +154,14 @@ impl Adjoint<ParticleState> for ParticleModel {
             }
             interval.place(k, &mut poses);
             let view = |law: &dyn Law| interval.view(start, lists.of(law.reach()), &poses);
-            back.laws(Rate::Substep, view, &at_acceleration, interval.fraction(k), weights);
+            back.laws(Rate::Substep, view, &at_acceleration, interval.fraction(k), &mut owned);
             for (x, by) in back.particles.positions.iter_mut().zip(&mut by_start) {
                 *x += std::mem::take(by);
             }
         }
         if let Some((graph, _)) = &interval.held {
             let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
-            back.laws(Rate::Step, view, &at_held, 1.0, weights);
+            back.laws(Rate::Step, view, &at_held, 1.0, &mut owned);
         }
         let ParticlesGrad { positions: by_positions, velocities: by_velocities } = start;
         back.particles.positions.iter_mut().zip(by_positions).for_each(|(own, by)| *own += by);
@@ -160,6 +173,36 @@ impl Adjoint<ParticleState> for ParticleModel {
             .for_each(|((own, next), by)| *own += next + by);
         let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })
+    }
+}
+
+impl Adjoint<ParticleState> for ParticleModel {
+    fn step_vjp(
+        &self,
+        state: &ParticleState,
+        control: &Control,
+        next: &[f64],
+        weights: &mut [f32],
+    ) -> (Vec<f64>, ControlGrad) {
+        self.pull(state, control, next, Owned { weights, constants: &mut [] })
+    }
+
+    fn constants(&self) -> Vec<String> {
+        let of = |(law, name): (&Box<dyn Law>, &String)| -> Vec<String> {
+            law.constants().into_iter().map(|constant| format!("laws.{name}.{constant}")).collect()
+        };
+        let laws = self.laws.iter().zip(&self.names).flat_map(of);
+        std::iter::once("keep".to_owned()).chain(laws).collect()
+    }
+
+    fn constants_vjp(
+        &self,
+        state: &ParticleState,
+        control: &Control,
+        next: &[f64],
+        constants: &mut [f64],
+    ) -> (Vec<f64>, ControlGrad) {
+        self.pull(state, control, next, Owned { weights: &mut [], constants })
     }
 
     fn decode_vjp(&self, state: &ParticleState, particles: &ParticlesGrad) -> Vec<f64> {

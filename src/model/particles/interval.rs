@@ -5,7 +5,7 @@ use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
 use crate::model::correction::Outcome;
 use crate::model::law::{Law, Rate, View};
-use crate::state::{Control, Particles, Pose, Twist};
+use crate::state::{Control, Particles, ParticlesGrad, Pose, Twist};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -84,6 +84,15 @@ impl<'a> Interval<'a> {
             }
         }
         predicted
+    }
+
+    /// `∂J/∂keep` of one substep from `start`, `at` being the derivative by its end:
+    /// `Σ (λ_v + h λ_x)·v keep^{1/K − 1}/K`.
+    pub(super) fn keep_vjp(&self, start: &Particles, at: &ParticlesGrad) -> f64 {
+        let share = (self.model.substeps as f64).recip();
+        let rows = at.positions.iter().zip(&at.velocities).zip(&start.velocities);
+        let sum: f64 = rows.map(|((x, v), start)| (*v + self.h * *x).dot(*start)).sum();
+        share * self.model.keep.powf(share - 1.0) * sum
     }
 
     /// What a law sees.

@@ -52,6 +52,7 @@ pub struct ParticlesSpec {
 impl ParticlesSpec {
     pub(crate) fn build(self) -> anyhow::Result<ParticleModel> {
         let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
+        let names = self.laws.iter().map(LawSpec::called).collect();
         let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
         let graph = self.graph.map(GraphSpec::build).transpose()?;
         let place = |(i, correction): (usize, CorrectionSpec)| {
@@ -63,7 +64,7 @@ impl ParticlesSpec {
             "dynamics.rigid names bodies that keep their shape, which dynamics.corrections would bend; leave one of them out"
         );
         let model = ParticleModel::new(self.substeps, self.keep, graph, laws)?;
-        Ok(ParticleModel { rigid: self.rigid, ..model }.corrected(corrections)?)
+        Ok(ParticleModel { rigid: self.rigid, names, ..model }.corrected(corrections)?)
     }
 }
 
@@ -77,8 +78,18 @@ pub struct ParticleModel {
     corrections: Vec<Box<dyn Correction>>,
     /// Number of velocities before the present one that some law or correction looks at.
     memory: usize,
-    /// Where the weights of each law and then of each correction lie in the model's.
-    spans: Vec<Range<usize>>,
+    /// What each law is addressed by: its place in the list where no config named it.
+    names: Vec<String>,
+    /// Where what each law owns lies in what the model owns.
+    spans: Vec<Spans>,
+    /// Where each correction's weights lie, behind those of the laws.
+    corrected: Vec<Range<usize>>,
+}
+
+/// Where a law's weights and constants lie in the model's.
+struct Spans {
+    weights: Range<usize>,
+    constants: Range<usize>,
 }
 
 impl ParticleModel {
@@ -98,9 +109,14 @@ impl ParticleModel {
             graph.is_some() || laws.iter().all(|law| law.rate() == Rate::Substep),
             "dynamics.laws holds a law that is asked once a control step: it needs a graph, add [dynamics.graph]"
         );
+        // The first constant is `keep`.
+        let constants = spans(1, laws.iter().map(|law| law.constants().len()));
+        let own = spans(0, laws.iter().map(|law| law.weights().len())).into_iter().zip(constants);
+        let spans = own.map(|(weights, constants)| Spans { weights, constants }).collect();
+        let names = (0..laws.len()).map(|place| place.to_string()).collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
-        let spans = spans(laws.iter().map(|law| law.weights().len()));
-        Ok(Self { substeps, keep, rigid: Vec::new(), graph, laws, corrections: Vec::new(), memory, spans })
+        let (rigid, corrections, corrected) = (Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { substeps, keep, rigid, graph, laws, corrections, memory, names, spans, corrected })
     }
 
     /// The same model, its predictions changed by `corrections` at the end of every control step, in their order.
@@ -113,31 +129,30 @@ impl ParticleModel {
             "dynamics.corrections holds a network: it needs a graph, add [dynamics.graph]"
         );
         let memory = corrections.iter().map(|c| c.memory()).fold(self.memory, usize::max);
-        let laws = self.laws.iter().map(|law| law.weights().len());
-        let spans = spans(laws.chain(corrections.iter().map(|c| c.weights().len())));
-        Ok(Self { corrections, memory, spans, ..self })
+        let laws = self.spans.last().map_or(0, |span| span.weights.end);
+        let corrected = spans(laws, corrections.iter().map(|c| c.weights().len()));
+        Ok(Self { corrections, memory, corrected, ..self })
     }
 
-    /// The laws of one rate, each with its place in the model's weights.
-    fn laws(&self, rate: Rate) -> impl Iterator<Item = (&dyn Law, &Range<usize>)> {
+    /// The laws of one rate, each with its place in what the model owns.
+    fn laws(&self, rate: Rate) -> impl Iterator<Item = (&dyn Law, &Spans)> {
         let laws = self.laws.iter().zip(&self.spans).map(|(law, span)| (&**law, span));
         laws.filter(move |(law, _)| law.rate() == rate)
     }
 
     /// The corrections, each with its place in the model's weights.
     fn corrections(&self) -> impl DoubleEndedIterator<Item = (&dyn Correction, &Range<usize>)> + ExactSizeIterator {
-        let spans = &self.spans[self.laws.len()..];
-        self.corrections.iter().zip(spans).map(|(correction, span)| (&**correction, span))
+        self.corrections.iter().zip(&self.corrected).map(|(correction, span)| (&**correction, span))
     }
 }
 
-/// Places of so many weights each, one after the other.
-fn spans(counts: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+/// Places of so many numbers each, one after the other from `start`.
+fn spans(start: usize, counts: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
     let place = |end: &mut usize, count: usize| {
         *end += count;
         Some(*end - count..*end)
     };
-    counts.scan(0, place).collect()
+    counts.scan(start, place).collect()
 }
 
 impl Dynamics for ParticleModel {
@@ -173,21 +188,24 @@ impl Dynamics for ParticleModel {
     }
 
     fn set_weights(&mut self, weights: &[f32]) {
-        assert_eq!(weights.len(), self.spans.last().map_or(0, |s| s.end), "weights of another architecture");
+        let laws = self.spans.last().map_or(0, |span| span.weights.end);
+        let count = self.corrected.last().map_or(laws, |span| span.end);
+        assert_eq!(weights.len(), count, "weights of another architecture");
         for (law, span) in self.laws.iter_mut().zip(&self.spans) {
-            law.set_weights(&weights[span.clone()]);
+            law.set_weights(&weights[span.weights.clone()]);
         }
-        for (correction, span) in self.corrections.iter_mut().zip(&self.spans[self.laws.len()..]) {
+        for (correction, span) in self.corrections.iter_mut().zip(&self.corrected) {
             correction.set_weights(&weights[span.clone()]);
         }
     }
 
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
-        let learned: Vec<usize> = (0..self.spans.len()).filter(|&part| !self.spans[part].is_empty()).collect();
-        match learned[..] {
-            [part] if part < self.laws.len() => self.laws[part].save_weights(path),
-            [part] => self.corrections[part - self.laws.len()].save_weights(path),
-            [] => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
+        let laws = self.laws.iter().zip(&self.spans).filter(|(_, span)| !span.weights.is_empty());
+        let corrections = self.corrections.iter().zip(&self.corrected).filter(|(_, span)| !span.is_empty());
+        match (&laws.collect::<Vec<_>>()[..], &corrections.collect::<Vec<_>>()[..]) {
+            ([(law, _)], []) => law.save_weights(path),
+            ([], [(correction, _)]) => correction.save_weights(path),
+            ([], []) => anyhow::bail!("{} cannot be written: no law has weights", path.display()),
             _ => anyhow::bail!("{} cannot hold the weights of several networks; train one at a time", path.display()),
         }
     }

@@ -64,6 +64,11 @@ impl<'a> Meetings<'a> {
         Self::with(programs, programs.adjoint_program())
     }
 
+    /// For [`Meetings::pull_constants`].
+    pub(super) fn constants(programs: &'a Programs) -> Box<Self> {
+        Self::with(programs, programs.slopes_program())
+    }
+
     fn with(programs: &'a Programs, program: &'a Program) -> Box<Self> {
         Box::new(Self {
             programs,
@@ -173,6 +178,22 @@ impl<'a> Meetings<'a> {
             bnx[k] = push[k] * ax[k] - separating * by_sliding[0] + by_separating * vx[k];
             bny[k] = push[k] * ay[k] - separating * by_sliding[1] + by_separating * vy[k];
             bnz[k] = push[k] * az[k] - separating * by_sliding[2] + by_separating * vz[k];
+        }
+    }
+
+    /// Adds `∂J/∂c = Σ N̄ ∂N/∂c + ḡ ∂(T/|v_t|)/∂c` over the first `count` meetings for every constant c, N̄ and ḡ as in
+    /// [`Meetings::pull`]; a constant that the reach depends on moves the overlap too.
+    pub(super) fn pull_constants(&mut self, count: usize, constants: &mut [f64]) {
+        self.run();
+        let dot = |k: usize, rows: &Rows| self.acceleration.get(k).dot(rows.get(k));
+        let along = |direction: usize| -> f64 {
+            let [push, drag] = [0, 1].map(|n| self.program.output(&self.workspace, OUTPUTS * (1 + direction) + n));
+            (0..count).map(|k| push[k] * dot(k, &self.normal) + drag[k] * dot(k, &self.sliding)).sum()
+        };
+        let slopes = self.programs.reach_slopes();
+        let by_reach = along(slopes.len());
+        for (c, (sum, slope)) in constants.iter_mut().zip(slopes).enumerate() {
+            *sum += along(c) + slope * by_reach;
         }
     }
 

@@ -30,4 +30,12 @@ impl Law for Formula {
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
         self.0.accelerate_vjp(view, out, grad);
     }
+
+    fn constants(&self) -> Vec<&str> {
+        self.0.constants()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        self.0.constants_vjp(view, out, constants);
+    }
 }

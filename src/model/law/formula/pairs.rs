@@ -109,4 +109,17 @@ impl Law for Pairs {
             }
         });
     }
+
+    fn constants(&self) -> Vec<&str> {
+        self.0.constants()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        self.blocks(view, &mut Meetings::constants(&self.0), |block, meetings| {
+            for (k, i, j) in block.pairs() {
+                meetings.acceleration.set(k, out[i] - out[j]);
+            }
+            meetings.pull_constants(block.count, constants);
+        });
+    }
 }

@@ -62,4 +62,15 @@ impl Law for Plane {
             }
         });
     }
+
+    fn constants(&self) -> Vec<&str> {
+        self.programs.constants()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        self.blocks(view, &mut Meetings::constants(&self.programs), |particles, meetings| {
+            particles.iter().enumerate().for_each(|(k, i)| meetings.acceleration.set(k, out[*i as usize]));
+            meetings.pull_constants(particles.len(), constants);
+        });
+    }
 }

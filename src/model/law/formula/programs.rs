@@ -36,8 +36,12 @@ pub struct Programs {
     formulas: [Id; OUTPUTS],
     ranges: IndexMap<String, Interval>,
     forward: Compiled,
-    /// Compiled when a gradient is first asked for: identification never asks.
+    /// Compiled when a gradient is first asked for.
     adjoint: OnceLock<Compiled>,
+    /// Compiled when a gradient by constants is first asked for.
+    slopes: OnceLock<Compiled>,
+    /// Every constant with the derivative of the reach by it.
+    constants: Vec<(String, f64)>,
     pub(super) reach: f64,
     pub(super) motion: Motion,
 }
@@ -57,6 +61,7 @@ impl Programs {
         }
         let constants: Vec<&str> = spec.constants.keys().map(String::as_str).collect();
         let (reach, of_constants) = reach(spec, &mut e, &constants)?;
+        let reaches = reach_slopes(spec, &mut e, of_constants);
 
         let mut parse = |key: &str, text: &Option<String>, invariants: &[&str]| -> anyhow::Result<Option<Id>> {
             let names = [invariants, &["reach"], &constants].concat();
@@ -91,7 +96,8 @@ impl Programs {
             (false, false) => Motion::None,
         };
         let forward = compiled(&mut e.clone(), &formulas, &[], &ranges);
-        Ok(Self { expressions: e, formulas, ranges, forward, adjoint: OnceLock::new(), reach, motion })
+        let (adjoint, slopes) = (OnceLock::new(), OnceLock::new());
+        Ok(Self { expressions: e, formulas, ranges, forward, adjoint, slopes, constants: reaches, reach, motion })
     }
 
     /// The program of the accelerations.
@@ -102,6 +108,35 @@ impl Programs {
     /// The program of the accelerations and all slopes that the adjoint needs.
     pub fn adjoint(&self) -> &Compiled {
         self.adjoint.get_or_init(|| compiled(&mut self.expressions.clone(), &self.formulas, &ALONG, &self.ranges))
+    }
+
+    /// The program of the accelerations and their slopes along every constant, at a fixed reach, and along the reach.
+    pub fn slopes(&self) -> &Compiled {
+        self.slopes.get_or_init(|| {
+            let named: Vec<[(&str, Rational); 1]> =
+                self.constants.iter().map(|(name, _)| [(name.as_str(), Rational::ONE)]).collect();
+            let reach = [("reach", Rational::ONE), ("overlap", Rational::ONE)];
+            // The reach itself is a constant where it is a number: along it, nothing is fixed.
+            let fixed = |name: &[(&str, Rational); 1]| name[0].0 == "reach";
+            let nothing: &Direction<'_> = &[];
+            let each = named.iter().map(|name| if fixed(name) { nothing } else { &name[..] });
+            let along: Vec<&Direction<'_>> = each.chain([&reach[..]]).collect();
+            compiled(&mut self.expressions.clone(), &self.formulas, &along, &self.ranges)
+        })
+    }
+
+    /// The names of the constants, in the order of the slopes.
+    pub(super) fn constants(&self) -> Vec<&str> {
+        self.constants.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    /// The derivative of the reach by each of them.
+    pub(super) fn reach_slopes(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.constants.iter().map(|(_, slope)| *slope)
+    }
+
+    pub(super) fn slopes_program(&self) -> &Program {
+        &self.slopes().program
     }
 
     pub(super) fn forward_program(&self) -> &Program {
@@ -162,4 +197,20 @@ fn reach(spec: &FormulaSpec, e: &mut Expressions, constants: &[&str]) -> anyhow:
     };
     ensure!(reach > 0.0 && reach.is_finite(), "reach must be a positive length, got {reach}");
     Ok((reach, formula))
+}
+
+/// The constants with the derivative of the reach by each: the formulas' own, and the reach where it is a number.
+fn reach_slopes(spec: &FormulaSpec, e: &mut Expressions, formula: Option<Id>) -> Vec<(String, f64)> {
+    let mut along = |name: &str| {
+        let Some(id) = formula else { return 0.0 };
+        let slope = e.derivatives(&[id], &[(name, Rational::ONE)]);
+        let values: Vec<f64> =
+            e.names().iter().map(|name| spec.constants.get(name).copied().unwrap_or(f64::NAN)).collect();
+        e.evaluate(&slope, &values)[0]
+    };
+    let mut all: Vec<(String, f64)> = spec.constants.keys().map(|name| (name.clone(), along(name))).collect();
+    if matches!(spec.reach, Reach::Number(_)) {
+        all.push(("reach".to_owned(), 1.0));
+    }
+    all
 }

@@ -47,4 +47,15 @@ impl Law for Touched {
             touches.iter().enumerate().for_each(|(k, touch)| touch.pull(&meetings.gradient(k), grad));
         });
     }
+
+    fn constants(&self) -> Vec<&str> {
+        self.0.constants()
+    }
+
+    fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        self.blocks(view, &mut Meetings::constants(&self.0), |touches, meetings| {
+            touches.iter().enumerate().for_each(|(k, touch)| meetings.acceleration.set(k, out[touch.particle]));
+            meetings.pull_constants(touches.len(), constants);
+        });
+    }
 }
