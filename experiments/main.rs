@@ -19,6 +19,7 @@ mod hierarchy;
 mod horizon;
 mod hybrid;
 mod metrics;
+mod mpm_speed;
 mod network_speed;
 mod noise;
 mod peer;
@@ -48,6 +49,7 @@ const EXPERIMENTS: &[Experiment] = &[
     network_speed::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
+    mpm_speed::CLAIM,
 ];
 
 /// The claims of the paper.
