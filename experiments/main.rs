@@ -21,6 +21,7 @@ mod hybrid;
 mod identify;
 mod menu;
 mod metrics;
+mod mpm_speed;
 mod network_speed;
 mod noise;
 mod peer;
@@ -53,6 +54,7 @@ const EXPERIMENTS: &[Experiment] = &[
     metrics::CLAIM,
     formula::CLAIM,
     identify::CLAIM,
+    mpm_speed::CLAIM,
 ];
 
 /// The claims of the paper.

@@ -1,6 +1,6 @@
 //! The adjoint of one control step, substep by substep backwards.
 use super::contact::PartsGrad;
-use super::grid::{Affine, Grid};
+use super::grid::{Affine, Grid, extend, split};
 use super::interval::{Interval, Met, Node, Tape};
 use super::state::StateGrad;
 use super::{MpmModel, MpmState, Points};
@@ -28,9 +28,10 @@ impl Backward<'_> {
         let met = &nodes[k.checked_sub(1).map_or(0, |k| ends[k])..ends[k]];
         self.grid.restore(spans[k]);
         self.by_grid.restore(spans[k]);
-        met.iter().for_each(|node| self.grid.nodes[node.number as usize] = node.after.extend(0.0));
+        met.iter().for_each(|node| self.grid.nodes[node.number as usize] = extend(node.after, 0.0));
         for i in 0..count {
-            self.from_grid(i, tape.points.positions[start + i]);
+            let (row, next) = (start + i, start + count + i);
+            self.from_grid(i, tape.points.positions[row], tape.points.velocities[next]);
         }
         self.meet(k, met);
         for i in 0..count {
@@ -39,16 +40,16 @@ impl Backward<'_> {
     }
 
     /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node by
-    /// node `λ_u += w (g + 4/Δ² λ_C d)`.
-    fn from_grid(&mut self, i: usize, position: DVec3) {
+    /// node `λ_u += w (g + 4/Δ² λ_C d)`; `taken` is v'.
+    fn from_grid(&mut self, i: usize, position: DVec3, taken: DVec3) {
         let interval = self.interval;
         let by = self.points.velocities[i] + interval.h * self.points.positions[i];
         let by_affine = self.points.affine[i];
         let columns = [by_affine.x_axis, by_affine.y_axis, by_affine.z_axis];
-        let pull = Affine { value: by.extend(0.0), slopes: columns.map(|c| (interval.sharp * c).extend(0.0)) };
+        let pull = Affine { value: extend(by, 0.0), slopes: columns.map(|c| extend(interval.sharp * c, 0.0)) };
         let stencil = self.grid.stencil(position);
         self.by_grid.scatter(&stencil, &pull);
-        self.points.positions[i] += self.grid.slope(&stencil, &pull);
+        self.points.positions[i] += self.grid.slope(&stencil, &pull, extend(taken, 0.0));
     }
 
     /// Through contacts, gravity and the division of momentum by mass: `λ_p = λ_v/m`, `λ_m = −λ_v · p/m²`.
@@ -63,8 +64,8 @@ impl Backward<'_> {
         for Node { number, mass, before, .. } in met {
             let place = Grid::place(&span, cell, *number as usize);
             let node = &mut nodes[*number as usize];
-            let by_velocity = contacts.pull(place, *before, node.truncate(), &mut grad) / *mass;
-            *node = by_velocity.extend(-by_velocity.dot(*before - fall));
+            let by_velocity = contacts.pull(place, *before, split(*node).0, &mut grad) / *mass;
+            *node = extend(by_velocity, -by_velocity.dot(*before - fall));
         }
         for (i, (pose, twist)) in grad.poses.iter().zip(&grad.twists).enumerate() {
             let (start, end) = (&state.poses[i], &control.poses[i]);
@@ -80,15 +81,16 @@ impl Backward<'_> {
         let (material, viscosity) = (&interval.model.material, interval.model.viscosity);
         let Points { positions, velocities, affine, strain } = &tape.points;
         let spectrum = &tape.spectra[row];
-        let told = interval.momentum(velocities[row], &affine[row], &material.stress(spectrum));
+        let strains = material.strains(spectrum.values);
+        let told = interval.momentum(velocities[row], &affine[row], &material.stress(spectrum, &strains));
         let stencil = self.by_grid.stencil(positions[row]);
         let Affine { value, slopes } = self.by_grid.gather(&stencil);
-        self.points.positions[i] += self.by_grid.slope(&stencil, &told);
-        self.points.velocities[i] = value.truncate();
-        let [a, b, c] = slopes.map(|column| column.truncate());
+        self.points.positions[i] += self.by_grid.slope(&stencil, &told, value);
+        self.points.velocities[i] = split(value).0;
+        let [a, b, c] = slopes.map(|column| split(column).0);
         let by_spread = DMat3::from_cols(a, b, c);
         let by_stress = (-0.5 * interval.h * interval.sharp) * (by_spread + by_spread.transpose());
-        let by_trial = material.pull(spectrum, &self.points.strain[i], &by_stress);
+        let by_trial = material.pull(spectrum, &strains, &self.points.strain[i], &by_stress);
         let growth = DMat3::IDENTITY + interval.h * affine[row];
         let pulled = by_trial * growth;
         self.points.affine[i] = by_spread + 2.0 * viscosity * by_stress + 2.0 * interval.h * (pulled * strain[row]);
@@ -105,10 +107,10 @@ impl Adjoint<MpmState> for MpmModel {
     fn step_vjp(&self, state: &MpmState, control: &Control, next: &[f64], _: &mut [f32]) -> (Vec<f64>, ControlGrad) {
         let count = state.points.positions.len();
         let interval = Interval::new(self, state, control);
-        let rows = interval.substeps * count;
-        let points = Points::with_capacity(rows);
-        let mut tape = Tape { points, spectra: Vec::with_capacity(rows), met: Met::default() };
-        interval.advance(Some(&mut tape));
+        let mut tape = self.tapes.lock().expect("no thread panics with it").pop().unwrap_or_default();
+        tape.clear();
+        let end = interval.advance(Some(&mut tape));
+        tape.points.extend(&end);
         let StateGrad { points, poses: to } = StateGrad::read(next, count);
         let from = vec![PoseGrad::default(); state.poses.len()];
         let [grid, by_grid] = [(); 2].map(|()| Grid::new(self.cell));
@@ -118,6 +120,7 @@ impl Adjoint<MpmState> for MpmModel {
             back.substep(k, k * count, &tape);
         }
         let at_state = StateGrad { points: back.points, poses: back.from };
+        self.tapes.lock().expect("no thread panics with it").push(tape);
         (at_state.flat(), ControlGrad { poses: back.to })
     }
 

@@ -1,6 +1,7 @@
 //! The grid that particles meet on: a box of nodes around them, laid anew in every substep.
 use super::spline::Stencil;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
+use wide::f64x4;
 
 /// Most nodes of a grid. Particles farther apart than that have been blown apart.
 const NODES: f64 = 2_097_152.0;
@@ -9,9 +10,9 @@ const NODES: f64 = 2_097_152.0;
 #[derive(Clone, Copy)]
 pub(super) struct Affine {
     /// a.
-    pub(super) value: DVec4,
+    pub(super) value: f64x4,
     /// B, by columns.
-    pub(super) slopes: [DVec4; 3],
+    pub(super) slopes: [f64x4; 3],
 }
 
 /// A box: index of its first node, and numbers of nodes.
@@ -22,7 +23,7 @@ pub(super) struct Grid {
     pub(super) cell: f64,
     low: [i64; 3],
     size: [usize; 3],
-    pub(super) nodes: Vec<DVec4>,
+    pub(super) nodes: Vec<f64x4>,
 }
 
 impl Grid {
@@ -55,15 +56,17 @@ impl Grid {
     /// Zero everywhere.
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
-        self.nodes.resize(self.size.iter().product(), DVec4::ZERO);
+        self.nodes.resize(self.size.iter().product(), f64x4::ZERO);
     }
 
     /// Place of a node by its number \[m\].
     #[inline]
     pub(super) fn place((low, size): &Span, cell: f64, number: usize) -> DVec3 {
-        let (row, k) = (number / size[2], number % size[2]);
-        let index = [row / size[1], row % size[1], k];
-        cell * DVec3::from_array(std::array::from_fn(|axis| (low[axis] + index[axis] as i64) as f64))
+        // Half the width divides several times as fast; a grid has no more nodes than that.
+        let [_, height, depth] = size.map(|n| n as u32);
+        let (row, k) = (number as u32 / depth, number as u32 % depth);
+        let index = [row / height, row % height, k];
+        cell * DVec3::from_array(std::array::from_fn(|axis| (low[axis] + i64::from(index[axis])) as f64))
     }
 
     /// Where the box lies.
@@ -104,10 +107,9 @@ impl Grid {
         for (row, i, j) in self.rows(stencil) {
             let nodes = &mut self.nodes[row..row + 3];
             let share = wx[i] * wy[j];
-            let value = share * (affine.value + affine.slopes[0] * dx[i] + affine.slopes[1] * dy[j]);
-            let slope = share * affine.slopes[2];
+            let here = times(affine.slopes[1], dy[j], times(affine.slopes[0], dx[i], affine.value));
             for k in 0..3 {
-                nodes[k] += wz[k] * (value + slope * dz[k]);
+                nodes[k] = times(times(affine.slopes[2], dz[k], here), share * wz[k], nodes[k]);
             }
         }
     }
@@ -116,36 +118,58 @@ impl Grid {
     #[inline]
     pub(super) fn gather(&self, stencil: &Stencil) -> Affine {
         let Stencil { weights: [wx, wy, wz], offsets: [dx, dy, dz], .. } = stencil;
-        let (mut value, mut slopes) = (DVec4::ZERO, [DVec4::ZERO; 3]);
+        let (mut value, mut slopes) = (f64x4::ZERO, [f64x4::ZERO; 3]);
         for (row, i, j) in self.rows(stencil) {
             let nodes = &self.nodes[row..row + 3];
             let share = wx[i] * wy[j];
-            let [a, b, c] = std::array::from_fn(|k| nodes[k] * (share * wz[k]));
-            let sum = a + b + c;
+            let [a, b, c] = std::array::from_fn(|k| nodes[k] * f64x4::splat(wz[k]));
+            let sum = (a + b + c) * f64x4::splat(share);
             value += sum;
-            slopes[0] += sum * dx[i];
-            slopes[1] += sum * dy[j];
-            slopes[2] += a * dz[0] + b * dz[1] + c * dz[2];
+            slopes[0] = times(sum, dx[i], slopes[0]);
+            slopes[1] = times(sum, dy[j], slopes[1]);
+            let rise = times(c, dz[2], times(b, dz[1], a * f64x4::splat(dz[0])));
+            slopes[2] = times(rise, share, slopes[2]);
         }
         Affine { value, slopes }
     }
 
-    /// `∂/∂x Σᵢ wᵢ nᵢ · (a + B dᵢ)`, x being the place of the stencil.
+    /// `∂/∂x Σᵢ wᵢ nᵢ · (a + B dᵢ)`, x being the place of the stencil, with `sum` = `Σᵢ wᵢ nᵢ`.
     #[inline]
-    pub(super) fn slope(&self, stencil: &Stencil, affine: &Affine) -> DVec3 {
+    pub(super) fn slope(&self, stencil: &Stencil, affine: &Affine, sum: f64x4) -> DVec3 {
         let Stencil { weights: [wx, wy, wz], slopes: [sx, sy, sz], offsets: [dx, dy, dz], .. } = stencil;
-        let mut slope = DVec3::ZERO;
-        let mut sum = DVec4::ZERO;
+        let [mut x, mut y, mut z] = [f64x4::ZERO; 3];
         for (row, i, j) in self.rows(stencil) {
             let nodes = &self.nodes[row..row + 3];
-            let share = affine.value + affine.slopes[0] * dx[i] + affine.slopes[1] * dy[j];
-            let work: [f64; 3] = std::array::from_fn(|k| nodes[k].dot(share + affine.slopes[2] * dz[k]));
-            let along = wz[0] * work[0] + wz[1] * work[1] + wz[2] * work[2];
-            let across = sz[0] * work[0] + sz[1] * work[1] + sz[2] * work[2];
-            slope += DVec3::new(sx[i] * wy[j] * along, wx[i] * sy[j] * along, wx[i] * wy[j] * across);
-            sum += (nodes[0] * wz[0] + nodes[1] * wz[1] + nodes[2] * wz[2]) * (wx[i] * wy[j]);
+            let here = times(affine.slopes[1], dy[j], times(affine.slopes[0], dx[i], affine.value));
+            // Coordinate by coordinate; the dot product's sum comes last.
+            let [a, b, c] = std::array::from_fn(|k| nodes[k] * times(affine.slopes[2], dz[k], here));
+            let along = times(c, wz[2], times(b, wz[1], a * f64x4::splat(wz[0])));
+            let across = times(c, sz[2], times(b, sz[1], a * f64x4::splat(sz[0])));
+            x = times(along, sx[i] * wy[j], x);
+            y = times(along, wx[i] * sy[j], y);
+            z = times(across, wx[i] * wy[j], z);
         }
+        let slope = DVec3::new(x.reduce_add(), y.reduce_add(), z.reduce_add());
         // Offsets shrink as the particle moves.
-        slope - DVec3::from_array(affine.slopes.map(|column| column.dot(sum)))
+        slope - DVec3::from_array(affine.slopes.map(|column| (column * sum).reduce_add()))
     }
+}
+
+/// `v s + w`.
+#[inline]
+fn times(v: f64x4, s: f64, w: f64x4) -> f64x4 {
+    v.mul_add(f64x4::splat(s), w)
+}
+
+/// A vector with a fourth coordinate.
+#[inline]
+pub(super) fn extend(v: DVec3, fourth: f64) -> f64x4 {
+    f64x4::new([v.x, v.y, v.z, fourth])
+}
+
+/// The first three coordinates, and the fourth.
+#[inline]
+pub(super) fn split(v: f64x4) -> (DVec3, f64) {
+    let [x, y, z, fourth] = v.to_array();
+    (DVec3::new(x, y, z), fourth)
 }

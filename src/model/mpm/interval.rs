@@ -1,6 +1,6 @@
 //! One control interval: particles to grid, grid, and back, substep by substep.
 use super::contact::Contacts;
-use super::grid::{Affine, Grid, Span};
+use super::grid::{Affine, Grid, Span, extend, split};
 use super::spectrum::{LANES, Spectra, Spectrum};
 use super::{MpmModel, MpmState, Points};
 use crate::model::placed::Placed;
@@ -26,10 +26,22 @@ pub(super) struct Node {
 }
 
 /// What the adjoint of an interval needs of it, substep after substep in long lists.
+#[derive(Default)]
 pub(super) struct Tape {
     pub(super) points: Points,
     pub(super) spectra: Vec<Spectrum>,
     pub(super) met: Met,
+}
+
+impl Tape {
+    /// Empty again, its memory kept.
+    pub(super) fn clear(&mut self) {
+        self.points.clear();
+        self.spectra.clear();
+        self.met.spans.clear();
+        self.met.ends.clear();
+        self.met.nodes.clear();
+    }
 }
 
 /// What stays the same over the substeps of one interval.
@@ -93,8 +105,8 @@ impl<'a> Interval<'a> {
         let viscous = self.model.viscosity * (*affine + affine.transpose());
         let spread = *affine - (self.h * self.sharp) * (*stress + viscous);
         Affine {
-            value: velocity.extend(1.0),
-            slopes: [spread.x_axis, spread.y_axis, spread.z_axis].map(|c| c.extend(0.0)),
+            value: extend(velocity, 1.0),
+            slopes: [spread.x_axis, spread.y_axis, spread.z_axis].map(|c| extend(c, 0.0)),
         }
     }
 
@@ -152,11 +164,11 @@ impl<'a> Interval<'a> {
         let fall = -self.h * self.model.gravity * DVec3::Z;
         let (span, cell) = (grid.span(), grid.cell);
         for (number, node) in grid.nodes.iter_mut().enumerate() {
-            let mass = node.w;
+            let (momentum, mass) = split(*node);
             if mass > 0.0 {
-                let before = node.truncate() / mass + fall;
+                let before = momentum / mass + fall;
                 let after = contacts.act(Grid::place(&span, cell, number), before);
-                *node = after.extend(0.0);
+                *node = extend(after, 0.0);
                 if let Some(tape) = &mut tape {
                     tape.met.nodes.push(Node { number: number as u32, mass, before, after });
                 }
@@ -173,8 +185,8 @@ impl<'a> Interval<'a> {
         let Points { positions, velocities, affine, .. } = points;
         for ((x, v), c) in positions.iter_mut().zip(velocities).zip(affine) {
             let Affine { value, slopes } = grid.gather(&grid.stencil(*x));
-            *v = value.truncate();
-            let [a, b, d] = slopes.map(|column| self.sharp * column.truncate());
+            *v = split(value).0;
+            let [a, b, d] = slopes.map(|column| self.sharp * split(column).0);
             *c = DMat3::from_cols(a, b, d);
             *x += self.h * *v;
         }

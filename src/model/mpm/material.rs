@@ -21,7 +21,7 @@ pub(super) struct Material {
 }
 
 /// Strains before and after flow.
-struct Strains {
+pub(super) struct Strains {
     /// t, none less than the square of [`LEAST_STRETCH`].
     squares: DVec3,
     /// ½ ln t.
@@ -36,8 +36,9 @@ struct Strains {
 }
 
 impl Material {
+    /// What eigenvalues t of the trial tensor say.
     #[inline]
-    fn strains(&self, values: DVec3) -> Strains {
+    pub(super) fn strains(&self, values: DVec3) -> Strains {
         let squares = values.max(DVec3::splat(LEAST_STRETCH * LEAST_STRETCH));
         let trial = 0.5 * squares.map(f64::ln);
         let mean = trial.element_sum() / 3.0;
@@ -65,8 +66,8 @@ impl Material {
 
     /// The stress alone.
     #[inline]
-    pub(super) fn stress(&self, spectrum: &Spectrum) -> DMat3 {
-        spectrum.compose(self.principal(&self.strains(spectrum.values)))
+    pub(super) fn stress(&self, spectrum: &Spectrum, strains: &Strains) -> DMat3 {
+        spectrum.compose(self.principal(strains))
     }
 
     /// `∂J/∂trial` from `∂J/∂kept` and `∂J/∂stress`, all symmetric.
@@ -74,13 +75,13 @@ impl Material {
     /// In the frame of U, entry (i, j) of an isotropic function with eigenvalues f moves by `(fᵢ − fⱼ)/(tᵢ − tⱼ)` times that of T
     /// (Ogden 1984, eq. 2.3.13), taken as a limit where eigenvalues meet; the diagonal moves with the eigenvalues.
     #[inline]
-    pub(super) fn pull(&self, spectrum: &Spectrum, by_kept: &DMat3, by_stress: &DMat3) -> DMat3 {
+    pub(super) fn pull(&self, spectrum: &Spectrum, s: &Strains, by_kept: &DMat3, by_stress: &DMat3) -> DMat3 {
         let (turn, values) = (spectrum.vectors, spectrum.values);
         let back = turn.transpose();
         let (by_kept, by_stress) = (back * *by_kept * turn, back * *by_stress * turn);
-        let s = self.strains(values);
         let flows = s.kept < 1.0;
-        let squares = if flows { (2.0 * s.elastic).exp() } else { s.squares };
+        let stretches = if flows { s.elastic.exp() } else { DVec3::ONE };
+        let squares = if flows { stretches * stretches } else { s.squares };
         let diagonal = |m: &DMat3| DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z);
         let (kept_diagonal, stress_diagonal) = (diagonal(&by_kept), diagonal(&by_stress));
         // By e, then by ½ ln t.
@@ -99,7 +100,7 @@ impl Material {
             let slope = log_slope(s.squares[i], s.squares[j]) * clamp_slope(values, s.squares, i, j);
             let spread = s.kept * (s.trial[i] - s.trial[j]);
             let kept = if flows {
-                2.0 * s.kept * slope * (s.elastic[i] + s.elastic[j]).exp() * sinh_over(spread)
+                2.0 * s.kept * slope * stretches[i] * stretches[j] * sinh_over(spread)
             } else {
                 clamp_slope(values, s.squares, i, j)
             };
@@ -196,7 +197,9 @@ mod tests {
                 };
                 let h = 1e-6;
                 let difference = (cost(h) - cost(-h)) / (2.0 * h);
-                let exact = dot(&material.pull(&decompose(&at), &by_kept, &by_stress), &direction);
+                let spectrum = decompose(&at);
+                let strains = material.strains(spectrum.values);
+                let exact = dot(&material.pull(&spectrum, &strains, &by_kept, &by_stress), &direction);
                 assert!(
                     (exact - difference).abs() < 1e-7 * (1.0 + exact.abs()),
                     "{diagonal:?}: {exact} against {difference}"

@@ -17,11 +17,12 @@
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;
-use interval::Interval;
+use interval::{Interval, Tape};
 use material::Material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use state::Points;
+use std::sync::Mutex;
 
 mod adjoint;
 mod contact;
@@ -126,6 +127,8 @@ pub struct MpmModel {
     table: SurfaceSpec,
     tool: SurfaceSpec,
     softness: f64,
+    /// Tapes that no gradient is being taken on: their memory costs more to get than to fill.
+    tapes: Mutex<Vec<Tape>>,
 }
 
 impl MpmModel {
@@ -147,7 +150,7 @@ impl MpmModel {
         let sound = (material.lame + 2.0 * material.shear).sqrt();
         let rate = (sound + 4.0 * viscosity / spec.cell) / (spec.courant * spec.cell);
         let MpmSpec { cell, gravity, table, tool, softness, .. } = spec;
-        Ok(Self { cell, rate, material, viscosity, gravity, table, tool, softness })
+        Ok(Self { cell, rate, material, viscosity, gravity, table, tool, softness, tapes: Mutex::default() })
     }
 
     /// K of a control step of `interval` \[s\].

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 pub(super) const LANES: usize = 16;
 
 /// Sweeps of rotations: the off-diagonal share falls quadratically, after four it is rounding.
-const SWEEPS: usize = 5;
+const SWEEPS: usize = 4;
 
 type Lanes = [f64; LANES];
 

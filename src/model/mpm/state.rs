@@ -17,14 +17,12 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Empty, with room for `count` rows.
-    pub(super) fn with_capacity(count: usize) -> Self {
-        Self {
-            positions: Vec::with_capacity(count),
-            velocities: Vec::with_capacity(count),
-            affine: Vec::with_capacity(count),
-            strain: Vec::with_capacity(count),
-        }
+    /// Empty again, its memory kept.
+    pub(super) fn clear(&mut self) {
+        self.positions.clear();
+        self.velocities.clear();
+        self.affine.clear();
+        self.strain.clear();
     }
 
     /// Adds the rows of `other`.
