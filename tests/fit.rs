@@ -106,10 +106,16 @@ fn every_search_identifies_the_constants_that_made_the_data() {
     let split = world();
     let start = written(20.0, 1e3);
     let before = evaluate(&*model(&start).build().unwrap(), &split.held_out, &split.tools).unwrap().rollout;
-    for (search, off) in [("gradient", 0.02), ("cma_then_gradient", 0.02), ("least_squares", 1e-3), ("bayesian", 0.1)] {
+    let searches = [
+        ("gradient", 500, 0.02),
+        ("cma_then_gradient", 300, 0.02),
+        ("least_squares", 100, 1e-3),
+        ("bayesian", 100, 0.1),
+    ];
+    for (search, evaluations, off) in searches {
         let folder = tempfile::tempdir().unwrap();
         let constants = json!({"laws.viscosity.rate": [5.0, 200.0], "laws.tool.stiffness": [300.0, 1e4]});
-        let stage = json!({"kind": "identify", "constants": constants, "evaluations": 200, "windows": 4, "horizon": 6,
+        let stage = json!({"kind": "identify", "constants": constants, "evaluations": evaluations, "windows": 4, "horizon": 6,
             "motion": 1e-4, "sigma": 0.2, "seed": 1, "search": {"kind": search}});
         let fitted = fit(stage, &start, &split, folder.path());
         let after = evaluate(&*fitted.clone().build().unwrap(), &split.held_out, &split.tools).unwrap().rollout;

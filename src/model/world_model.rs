@@ -56,7 +56,7 @@ pub trait WorldModel: Send + Sync {
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
     /// J, `∂J/∂u` and `∂J/∂weights`, or `None` when the model has no adjoint.
     fn weight_gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
-    /// Paths into the model's config of the constants that it has derivatives by, see [`super::Adjoint::constants`].
+    /// Paths into the model's config of the constants that it has derivatives by, see [`Adjoint::constants`].
     fn constants(&self) -> Vec<String> {
         Vec::new()
     }

@@ -38,11 +38,13 @@ fn check(name: &str, config: &Value) {
     for (path, exact) in paths.iter().zip(&found.constants) {
         let at = value(config, path).unwrap();
         let along = |h: f64| total(&replace(config, [(path.as_str(), at * (1.0 + h))]).unwrap());
-        let differences = [1e-5, 2e-6, 5e-7].map(|h| (along(h) - along(-h)) / (2.0 * h));
-        assert!(differences[2].abs() > 1e-7, "{name}: {path} does nothing here");
-        let errors = differences.map(|d| (at * exact / d - 1.0).abs());
-        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-        assert!(least <= 1e-4, "{name}: {path} {} against {differences:?}", at * exact);
+        // Several steps, because a contact that just closes within one of them bends the cost there.
+        let agrees = |h: f64| {
+            let difference = (along(h) - along(-h)) / (2.0 * h);
+            assert!(difference.abs() > 1e-7, "{name}: {path} does nothing here");
+            (at * exact / difference - 1.0).abs() <= 1e-4
+        };
+        assert!([2e-6, 5e-7, 1e-5].into_iter().any(agrees), "{name}: {path} {}", at * exact);
     }
 }
 

@@ -188,10 +188,10 @@ impl Adjoint<ParticleState> for ParticleModel {
     }
 
     fn constants(&self) -> Vec<String> {
-        let of = |(law, name): (&Box<dyn Law>, &String)| -> Vec<String> {
-            law.constants().into_iter().map(|constant| format!("laws.{name}.{constant}")).collect()
-        };
-        let laws = self.laws.iter().zip(&self.names).flat_map(of);
+        let laws =
+            self.names.iter().zip(&self.laws).flat_map(|(name, law)| {
+                law.constants().into_iter().map(move |constant| format!("laws.{name}.{constant}"))
+            });
         std::iter::once("keep".to_owned()).chain(laws).collect()
     }
 

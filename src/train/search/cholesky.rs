@@ -9,9 +9,9 @@ impl Cholesky {
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(count);
         for i in 0..count {
             let mut row: Vec<f64> = Vec::with_capacity(i + 1);
-            for j in 0..i {
-                let sum: f64 = row.iter().zip(&rows[j]).take(j).map(|(a, b)| a * b).sum();
-                row.push((entry(i, j) - sum) / rows[j][j]);
+            for (j, other) in rows.iter().enumerate() {
+                let sum: f64 = row.iter().zip(other).take(j).map(|(a, b)| a * b).sum();
+                row.push((entry(i, j) - sum) / other[j]);
             }
             let rest = entry(i, i) - row.iter().map(|a| a * a).sum::<f64>();
             if rest.is_nan() || rest <= 0.0 {

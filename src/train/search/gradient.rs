@@ -24,7 +24,7 @@ pub struct DescentSpec {
 
 impl Default for DescentSpec {
     fn default() -> Self {
-        Self { rate: 0.05, truncation: None, price: 4 }
+        Self { rate: 0.05, truncation: None, price: 5 }
     }
 }
 
@@ -38,7 +38,8 @@ impl DescentSpec {
     }
 }
 
-/// Adam on the places of constants, kept inside the box; where the model diverges it goes back to the best point with half the rate.
+/// Adam on the places of constants, kept inside the box; where the model diverges it goes back to the best point with half the
+/// rate.
 pub struct Descent(DescentSpec);
 
 /// The last rate over the first.

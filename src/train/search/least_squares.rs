@@ -17,7 +17,7 @@ pub struct LeastSquaresSpec {
 
 impl Default for LeastSquaresSpec {
     fn default() -> Self {
-        Self { price: 4 }
+        Self { price: 5 }
     }
 }
 
@@ -28,8 +28,10 @@ impl LeastSquaresSpec {
     }
 }
 
-/// Gauss–Newton on relative changes d of the constants: `min |r + (∂r/∂d) d|² + λ Σₖ Hₖₖ dₖ²` within the bounds, a convex quadratic
-/// program; a prediction that is linear in the constants is solved for at once, λ being zero until a step fails (Levenberg 1944).
+/// Gauss–Newton on relative changes d of the constants: `min |r + (∂r/∂d) d|² + λ Σₖ Hₖₖ dₖ²` within the bounds, a convex
+/// quadratic program with H the first term's curvature.
+///
+/// A prediction that is linear in the constants is solved for at once, λ being zero until a step fails (Levenberg 1944).
 pub struct LeastSquares(LeastSquaresSpec);
 
 /// Change of all constants below which there is nothing left to gain.

@@ -1,7 +1,7 @@
 //! Searches over a unit box: ways to find the constants that fit best.
 //!
-//! All minimise the same [`Misfit`] and are counted alike: [`Tried`] remembers what was asked, what it cost and where the best lies, so
-//! that a stopped search goes on where it was.
+//! All minimise the same [`Misfit`] and are counted alike: [`Tried`] remembers what was asked, what it cost and where the best
+//! lies, so that a stopped search goes on where it was.
 mod bayesian;
 mod cholesky;
 mod cma;
