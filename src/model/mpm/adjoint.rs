@@ -31,17 +31,17 @@ impl Backward<'_> {
         met.iter().for_each(|node| self.grid.nodes[node.number as usize] = extend(node.after, 0.0));
         for i in 0..count {
             let (row, next) = (start + i, start + count + i);
-            self.from_grid(i, tape.points.positions[row], tape.points.velocities[next]);
+            self.grid_to_particles(i, tape.points.positions[row], tape.points.velocities[next]);
         }
         self.meet(k, met);
         for i in 0..count {
-            self.to_grid(i, start + i, tape);
+            self.particles_to_grid(i, start + i, tape);
         }
     }
 
     /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node by
     /// node `λ_u += w (g + 4/Δ² λ_C d)`; `taken` is v'.
-    fn from_grid(&mut self, i: usize, position: DVec3, taken: DVec3) {
+    fn grid_to_particles(&mut self, i: usize, position: DVec3, taken: DVec3) {
         let interval = self.interval;
         let by = self.points.velocities[i] + interval.h * self.points.positions[i];
         let by_affine = self.points.affine[i];
@@ -76,7 +76,7 @@ impl Backward<'_> {
     }
 
     /// Through what a particle told the nodes, the flow of its material, and `T = M b Mᵀ`: `λ_M = 2 λ_T M b`, `λ_b = Mᵀ λ_T M`.
-    fn to_grid(&mut self, i: usize, row: usize, tape: &Tape) {
+    fn particles_to_grid(&mut self, i: usize, row: usize, tape: &Tape) {
         let interval = self.interval;
         let (material, viscosity) = (&interval.model.material, interval.model.viscosity);
         let Points { positions, velocities, affine, strain } = &tape.points;

@@ -125,15 +125,21 @@ impl<'a> Interval<'a> {
             if let Some(tape) = &mut tape {
                 tape.points.extend(&points);
             }
-            self.to_grid(&mut points, &mut grid, &mut spectra, tape.as_deref_mut());
+            self.particles_to_grid(&mut points, &mut grid, &mut spectra, tape.as_deref_mut());
             self.meet(k, &mut grid, tape.as_deref_mut());
-            self.from_grid(&mut points, &grid);
+            self.grid_to_particles(&mut points, &grid);
         }
         points
     }
 
     /// Strains the material and sums masses and momenta over the grid.
-    fn to_grid(&self, points: &mut Points, grid: &mut Grid, spectra: &mut Spectra, mut tape: Option<&mut Tape>) {
+    fn particles_to_grid(
+        &self,
+        points: &mut Points,
+        grid: &mut Grid,
+        spectra: &mut Spectra,
+        mut tape: Option<&mut Tape>,
+    ) {
         let count = points.positions.len();
         for first in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - first);
@@ -181,7 +187,7 @@ impl<'a> Interval<'a> {
     }
 
     /// Gives every particle the velocity of the nodes around it, and moves it.
-    fn from_grid(&self, points: &mut Points, grid: &Grid) {
+    fn grid_to_particles(&self, points: &mut Points, grid: &Grid) {
         let Points { positions, velocities, affine, .. } = points;
         for ((x, v), c) in positions.iter_mut().zip(velocities).zip(affine) {
             let Affine { value, slopes } = grid.gather(&grid.stencil(*x));
