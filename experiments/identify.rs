@@ -165,10 +165,13 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let (before, after) = (middle(&of, "before"), middle(&of, "after"));
         let holds = match recovery {
             true => worst <= RECOVERED,
-            false => {
-                of.iter().all(|row| number(row, "after") < number(row, "before"))
-                    && (after < random || search == "random")
-            }
+            false => of.iter().all(|row| number(row, "after") < number(row, "before")) && after < random,
+        };
+        let baseline = search == "random" || (recovery && key.1.as_f64() > Some(0.0));
+        let claim = match (baseline, holds) {
+            (true, _) => "–",
+            (false, true) => "holds",
+            (false, false) => "fails",
         };
         let percent = |x: f64| if x.is_finite() { format!("{:.2}", 100.0 * x) } else { "–".to_owned() };
         let millimetres = |x: f64| if x.is_finite() { format!("{:.3}", 1e3 * x) } else { "–".to_owned() };
@@ -182,11 +185,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             millimetres(after),
             format!("{:.0}", middle(&of, "evaluations")),
             format!("{:.1}", middle(&of, "seconds")),
-            if recovery && key.1.as_f64() > Some(0.0) {
-                "–".into()
-            } else {
-                String::from(if holds { "holds" } else { "fails" })
-            },
+            claim.to_owned(),
         ]
     };
     let header = [
