@@ -39,6 +39,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("parry3d", &["src/state/", "src/shape/", "src/world/"]),
     ("gemm", &["src/model/net/"]),
     ("egg", &["src/model/formula/"]),
+    ("clarabel", &["src/model/correction/projection/"]),
     ("nalgebra", &["src/state/", "src/planner/"]),
     ("cmaes", &["src/train/"]),
     ("lsap", &["src/metric/"]),

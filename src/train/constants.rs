@@ -63,7 +63,8 @@ pub(super) fn without(spec: &Value, path: &str) -> anyhow::Result<Value> {
     let keys = parent.split('.').filter(|key| !key.is_empty());
     let found = keys.into_iter().try_fold(&mut spec, |v, key| child_mut(v, key)).and_then(Value::as_object_mut);
     let removed = found.and_then(|table| table.shift_remove(key));
-    removed.with_context(|| format!("`leave_out` of the identification names `{path}`, which the model does not have"))?;
+    removed
+        .with_context(|| format!("`leave_out` of the identification names `{path}`, which the model does not have"))?;
     Ok(spec)
 }
 

@@ -40,7 +40,8 @@ impl Fit for Trainer {
 impl Fit for Identifier {
     fn fit(&self, model: &ModelSpec, data: &Split, folder: &Path, watch: &Watch) -> anyhow::Result<ModelSpec> {
         let left_out = &self.spec.leave_out;
-        let build = |spec: &Value| read(&left_out.iter().try_fold(spec.clone(), |spec, path| without(&spec, path))?)?.build();
+        let build =
+            |spec: &Value| read(&left_out.iter().try_fold(spec.clone(), |spec, path| without(&spec, path))?)?.build();
         let (fitted, _) = self.identify(&written(model)?, &build, data, folder, watch)?;
         read(&fitted)
     }

@@ -17,6 +17,8 @@ mod direction;
 mod drift;
 mod hybrids;
 mod memory;
+mod pairs;
+mod projection;
 
 #[derive(Deserialize)]
 struct Contender {

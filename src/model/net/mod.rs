@@ -17,6 +17,7 @@ mod dense;
 mod features;
 mod input;
 mod message;
+mod multilayer_perceptron;
 #[cfg(test)]
 mod naive;
 mod network;
@@ -29,4 +30,5 @@ pub use aggregation::Aggregation;
 pub use architecture::{Architecture, Sharing};
 pub(crate) use features::Features;
 pub use input::{Edges, EdgesGrad, Input, InputGrad, Links};
+pub(crate) use multilayer_perceptron::Stack;
 pub use network::Network;

@@ -152,7 +152,12 @@ impl Adjoint<ParticleState> for ParticleModel {
         }
         let ParticlesGrad { positions: by_positions, velocities: by_velocities } = start;
         back.particles.positions.iter_mut().zip(by_positions).for_each(|(own, by)| *own += by);
-        back.particles.velocities.iter_mut().zip(velocities).zip(by_velocities).for_each(|((own, next), by)| *own += next + by);
+        back.particles
+            .velocities
+            .iter_mut()
+            .zip(velocities)
+            .zip(by_velocities)
+            .for_each(|((own, next), by)| *own += next + by);
         let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
         (at_state.flat(), ControlGrad { poses: back.to })
     }
