@@ -80,7 +80,7 @@ fn untrained_it_adds_exactly_nothing_and_impossible_configs_are_refused() {
     let (scene, controls, _) = problem(&mut ChaCha8Rng::seed_from_u64(7));
     let untrained = residual(spec().build().unwrap());
     assert_eq!(untrained.rollout(&scene, &controls), analytic().rollout(&scene, &controls));
-    let refused = |spec: LearnedPairSpec| spec.build().err().expect("an impossible law").to_string();
+    let refused = |spec: LearnedPairSpec| spec.build().expect_err("an impossible law").to_string();
     assert!(refused(LearnedPairSpec { skin: 0.0, ..spec() }).contains("skin"));
     assert!(refused(LearnedPairSpec { width: 0, ..spec() }).contains("width"));
     let edges = vec!["particle".to_owned(), "bond".to_owned()];
