@@ -142,9 +142,10 @@ fn every_other_hybrid_is_trained_by_the_same_loop() {
         .unwrap()
         .push(json!({"kind": "learned_pair", "width": 8, "edges": ["particle", "tool", "floor"],
         "radius": 0.012, "skin": 0.004, "strength": 1.0, "speed": 0.05, "seed": 1}));
+    // The soft plate of this world enters its particles.
     let mut projected = with_network(None);
-    projected["corrections"] = json!([{"kind": "projected", "clearance": 0.001, "diameter": 0.003, "bond": 0.01, "stretch": 0.3,
-        "limit": 0.005}]);
+    projected["corrections"] = json!([{"kind": "projected", "clearance": -0.02, "diameter": 0.004, "bond": 0.01, "stretch": 0.3,
+        "limit": 0.03}]);
     let cases = [
         (corrected("output_residual"), "corrections.output_residual.weights", 0.5 * parent_error),
         (corrected("feature"), "corrections.feature.weights", 0.5 * still),
