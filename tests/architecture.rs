@@ -40,6 +40,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("gemm", &["src/model/net/"]),
     ("wide", &["src/model/mpm/"]),
     ("egg", &["src/model/formula/"]),
+    ("clarabel", &["src/model/correction/projection/"]),
     ("nalgebra", &["src/state/", "src/planner/"]),
     ("cmaes", &["src/train/"]),
     ("clarabel", &["src/train/search/"]),

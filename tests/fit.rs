@@ -151,3 +151,60 @@ fn a_residual_beside_wrong_constants_beats_them_and_starts_where_they_are() {
     let fitted = error(fit(training(100), &hybrid, &split, folder.path()), &split);
     assert!(fitted < 0.5 * parent, "{fitted} beside {parent} without the network");
 }
+
+#[test]
+fn every_other_hybrid_is_trained_by_the_same_loop() {
+    let (split, parent) = (world(), written(4.0, 500.0));
+    let parent_error = error(model(&parent), &split);
+    let still = evaluate(&*model(&parent).build().unwrap(), &split.held_out, &split.tools).unwrap().still_one_step;
+    let corrected = |kind: &str| {
+        let mut spec = parent.clone();
+        spec["graph"] = json!({"kind": "radius", "radius": 0.014, "edges": ["particle", "tool", "floor"]});
+        spec["corrections"] = json!([learned()]);
+        spec["corrections"][0]["kind"] = json!(kind);
+        spec
+    };
+    let mut pair = parent.clone();
+    pair["laws"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({"kind": "learned_pair", "width": 8, "edges": ["particle", "tool", "floor"],
+        "radius": 0.012, "skin": 0.004, "strength": 1.0, "speed": 0.05, "seed": 1}));
+    // The soft plate of this world enters its particles.
+    let mut projected = with_network(None);
+    projected["corrections"] = json!([{"kind": "projected", "clearance": -0.02, "diameter": 0.004, "bond": 0.01, "stretch": 0.3,
+        "limit": 0.03}]);
+    let cases = [
+        (corrected("output_residual"), "corrections.output_residual.weights", 0.5 * parent_error),
+        (corrected("feature"), "corrections.feature.weights", 0.5 * still),
+        (pair, "laws.learned_pair.weights", 0.9 * parent_error),
+        (projected, "laws.learned.weights", 0.5 * still),
+    ];
+    for (spec, weights, most) in cases {
+        let (mut stage, folder) = (training(150), tempfile::tempdir().unwrap());
+        stage["weights"] = json!(weights);
+        let fitted = fit(stage, &spec, &split, folder.path());
+        let error = error(fitted, &split);
+        assert!(error < most, "{weights}: {error} beside {most}");
+    }
+}
+
+#[test]
+fn written_laws_are_identified_by_their_own_prediction_where_a_network_hides_it() {
+    let (split, folder) = (world(), tempfile::tempdir().unwrap());
+    let mut start = written(4.0, 2e3);
+    start["graph"] = json!({"kind": "radius", "radius": 0.014, "edges": ["particle", "tool", "floor"]});
+    start["corrections"] = json!([learned()]);
+    start["corrections"][0]["kind"] = json!("feature");
+    let mut stage = json!({"kind": "identify", "constants": {"laws.viscosity.rate": [1.0, 200.0]}, "evaluations": 24, "windows": 4,
+        "horizon": 6, "motion": 1e-4, "sigma": 0.2, "seed": 1, "leave_out": ["corrections"]});
+    let fitted = serde_json::to_value(fit(stage.clone(), &start, &split, folder.path())).unwrap();
+    let moved = fitted["laws"][0]["rate"].as_f64().unwrap();
+    assert!(moved > 6.0, "the viscosity went toward the world's 40, not to {moved}");
+    assert_eq!(fitted["corrections"][0]["kind"], "feature", "what was left out is still there");
+    stage["leave_out"] = json!(["correction"]);
+    let stage: FitSpec = serde_json::from_value(stage).unwrap();
+    let other = tempfile::tempdir().unwrap();
+    let error = stage.build().unwrap().fit(&model(&start), &split, other.path(), &Watch::silent()).unwrap_err();
+    assert!(format!("{error:#}").contains("`correction`"), "{error:#}");
+}

@@ -26,6 +26,7 @@ fn build(config: &Value) -> anyhow::Result<Box<dyn WorldModel>> {
 
 fn spec() -> IdentifySpec {
     IdentifySpec {
+        leave_out: Vec::new(),
         constants: [
             ("laws.drag.keep".to_owned(), [0.01, 1.0]),
             ("laws.push.gain".to_owned(), [0.05, 5.0]),

@@ -12,11 +12,15 @@ use pliant::tool::Workpiece;
 use pliant::world::World;
 use rand::Rng;
 
+/// Written, learned, and every hybrid of the two.
+const NAMES: [&str; 7] = ["analytic", "learned", "hybrid", "residual", "output_residual", "feature", "projected"];
+
 /// The quickstart with models that see eighty of the particles. With all of them, on a regular lattice, written particles buckle
 /// under a grip: a step of 1e-7 of a bound then changes the slope itself, and no difference converges.
 fn quickstart() -> CompareSpec {
     let changes = ["particles=80", "start.x=[0.05,0.07]", "start.y=[0.05,0.07]", "start.z=[0.025,0.035]"];
-    let changes = changes.map(|change| format!("dataset.scene.{change}"));
+    let mut changes = changes.map(|change| format!("dataset.scene.{change}")).to_vec();
+    changes.push(format!("model=[{}]", NAMES.join(",")));
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/compare/quickstart.toml");
     config::load(path.as_ref(), &changes).unwrap().spec
 }
@@ -100,7 +104,7 @@ fn relabelling_particles_relabels_every_prediction_bit_for_bit() {
     };
     let orders: Vec<Vec<usize>> =
         [(0..count).rev().collect()].into_iter().chain((0..4).map(|_| shuffled(&mut rng))).collect();
-    for name in ["analytic", "learned", "hybrid"] {
+    for name in NAMES {
         let model = model(&spec, name);
         let direct = model.rollout(&scene, &motion.controls);
         assert_ne!(direct[0], direct[6], "{name}: nothing moved");
@@ -114,4 +118,21 @@ fn relabelling_particles_relabels_every_prediction_bit_for_bit() {
             assert!(direct.iter().zip(&after).all(|(x, y)| relabel(x) == *y), "{name}");
         }
     }
+}
+
+#[test]
+fn untrained_hybrids_predict_exactly_what_their_written_laws_do() {
+    let spec = quickstart();
+    let world = World::new(&spec.dataset.scene, 4).unwrap();
+    let tool = spec.dataset.tool["press_square"].clone().build().unwrap();
+    let piece = Workpiece::around(&world.particles());
+    let motion = tool.motion(&tool.space(&piece).at(&[0.5, 0.4, 0.1, 0.7]), &piece, 6);
+    let scene = world.scene(tool.shape(), &motion.start);
+    let rollout = |name: &str| spec.model[name].dynamics.clone().build().unwrap().rollout(&scene, &motion.controls);
+    let written = rollout("analytic");
+    assert_ne!(written[0], written[6], "nothing moved");
+    for name in ["hybrid", "residual", "output_residual"] {
+        assert!(rollout(name) == written, "{name}");
+    }
+    assert!(rollout("feature") != written, "its motion is the network's alone");
 }

@@ -20,7 +20,9 @@ mod direction;
 mod drift;
 mod hybrids;
 mod memory;
+mod pairs;
 mod problem;
+mod projection;
 
 #[derive(Deserialize)]
 struct Contender {

@@ -10,6 +10,7 @@ use std::path::Path;
 mod feature;
 mod motion;
 mod output_residual;
+pub mod projection;
 
 pub use feature::{Feature, FeatureSpec};
 pub use output_residual::{OutputResidual, OutputResidualSpec};
@@ -75,5 +76,6 @@ family! {
     CorrectionSpec builds Box<dyn Correction> {
         OutputResidual(output_residual::OutputResidualSpec),
         Feature(feature::FeatureSpec),
+        Projected(projection::ProjectedSpec),
     }
 }

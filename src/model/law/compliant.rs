@@ -33,10 +33,10 @@ pub struct CompliantSpec {
 pub(super) const COMPLIANT: [&str; 5] = ["radius", "stiffness", "damping", "friction", "slip"];
 
 /// What the formula says pulls back onto: `∂J/∂(δ, n, v)`.
-pub(super) struct ContactGrad {
-    pub(super) overlap: f64,
-    pub(super) normal: DVec3,
-    pub(super) velocity: DVec3,
+pub(in crate::model) struct ContactGrad {
+    pub(in crate::model) overlap: f64,
+    pub(in crate::model) normal: DVec3,
+    pub(in crate::model) velocity: DVec3,
 }
 
 impl CompliantSpec {

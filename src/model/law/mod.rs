@@ -12,12 +12,14 @@ pub mod formula;
 mod frame;
 pub mod gravity;
 mod learned;
+mod learned_pair;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
 
 pub use frame::FrameSpec;
 pub use learned::{Learned, LearnedSpec};
+pub use learned_pair::{LearnedPair, LearnedPairSpec};
 
 /// What a law may look at.
 pub struct View<'a> {
@@ -128,6 +130,7 @@ family! {
         Tool(tool::ToolSpec),
         Gravity(gravity::GravitySpec),
         Learned(learned::LearnedSpec),
+        LearnedPair(learned_pair::LearnedPairSpec),
         Formula(formula::FormulaSpec),
     }
 }

@@ -23,10 +23,11 @@ impl ToolSpec {
 pub struct Tool(CompliantSpec);
 
 /// A particle within reach of a part.
-pub(super) struct Touch<'a> {
+#[derive(Clone)]
+pub(in crate::model) struct Touch<'a> {
     part: usize,
     placed: &'a Placed<'a>,
-    pub(super) particle: usize,
+    pub(in crate::model) particle: usize,
     /// From the part's origin to the particle.
     arm: DVec3,
     field: Projection,
@@ -34,14 +35,18 @@ pub(super) struct Touch<'a> {
 
 impl<'a> Placed<'a> {
     /// Every part of a scene's tool, for particles nearer than `reach` \[m\].
-    pub(super) fn all(view: &View<'a>, reach: f64) -> Vec<Self> {
+    pub(in crate::model) fn all(view: &View<'a>, reach: f64) -> Vec<Self> {
         let parts = view.tool.parts.iter().zip(view.poses).zip(view.twists);
         parts.map(|((part, pose), twist)| Self::new(&part.solid, pose, twist, reach)).collect()
     }
 
     /// Calls `visit` with every particle that is nearer to a part than its reach, part by part.
     #[inline]
-    pub(super) fn touches<'p>(parts: &'p [Placed<'a>], positions: &[DVec3], mut visit: impl FnMut(Touch<'p>)) {
+    pub(in crate::model) fn touches<'p>(
+        parts: &'p [Placed<'a>],
+        positions: &[DVec3],
+        mut visit: impl FnMut(Touch<'p>),
+    ) {
         for (part, placed) in parts.iter().enumerate() {
             for (particle, position) in positions.iter().enumerate() {
                 if let Some((arm, field)) = placed.field(*position)
@@ -56,19 +61,19 @@ impl<'a> Placed<'a> {
 
 impl Touch<'_> {
     /// Signed distance from the part \[m\].
-    pub(super) fn distance(&self) -> f64 {
+    pub(in crate::model) fn distance(&self) -> f64 {
         self.field.distance
     }
 
     /// The part's outward normal in the world.
     #[inline]
-    pub(super) fn normal(&self) -> DVec3 {
+    pub(in crate::model) fn normal(&self) -> DVec3 {
         self.placed.rotation * self.field.normal
     }
 
     /// Velocity of the particle relative to the part's surface \[m/s\].
     #[inline]
-    pub(super) fn velocity(&self, view: &View<'_>) -> DVec3 {
+    pub(in crate::model) fn velocity(&self, view: &View<'_>) -> DVec3 {
         let surface = self.placed.twist.linear + self.placed.twist.angular.cross(self.arm);
         view.particles.velocities[self.particle] - surface
     }
@@ -78,7 +83,7 @@ impl Touch<'_> {
     /// With arm a = x − t and world field gradient `f = −(∂J/∂δ) n + H ∂J/∂n`: a rotation δr of the part moves the field under
     /// the particle by `−δr × a` and turns n by `δr × n`.
     #[inline]
-    pub(super) fn pull(&self, by: &ContactGrad, grad: &mut ViewGrad<'_>) {
+    pub(in crate::model) fn pull(&self, by: &ContactGrad, grad: &mut ViewGrad<'_>) {
         let (part, normal, arm) = (self.placed, self.normal(), self.arm);
         let bend = part.rotation * (self.field.curvature * (part.inverse * by.normal));
         let by_field = bend - by.overlap * normal;

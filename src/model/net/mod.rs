@@ -21,6 +21,7 @@ mod latent;
 mod layers;
 mod message;
 mod mixing;
+mod multilayer_perceptron;
 #[cfg(test)]
 mod naive;
 mod network;
@@ -40,6 +41,7 @@ pub use input::{Edges, EdgesGrad, Input, InputGrad, Links};
 pub(crate) use latent::{Advance, Decode, Encode, LatentArchitecture, LatentNet, SAMPLE};
 pub(crate) use layers::{Layers, Trainable, forward, pull};
 pub(crate) use mixing::Mixing;
+pub(crate) use multilayer_perceptron::Stack;
 pub use network::Network;
 pub(crate) use picture::Size;
 pub(crate) use unet::{UNet, UNetArchitecture};

@@ -1,19 +1,25 @@
 //! Matrix products by the `gemm` crate, behind a safe face.
 use gemm::{Parallelism, gemm};
 
+/// What the entries of matrices may be.
+pub(super) trait Number: Copy + PartialEq + From<u8> + 'static {}
+
+impl Number for f32 {}
+impl Number for f64 {}
+
 /// A row-major matrix over a slice, or its transpose.
 #[derive(Clone, Copy)]
-pub(super) struct Block<'a> {
-    data: &'a [f32],
+pub(super) struct Block<'a, T = f32> {
+    data: &'a [T],
     rows: usize,
     columns: usize,
     row_stride: usize,
     column_stride: usize,
 }
 
-impl<'a> Block<'a> {
+impl<'a, T> Block<'a, T> {
     /// `data` as rows of `columns` numbers.
-    pub(super) fn new(data: &'a [f32], columns: usize) -> Self {
+    pub(super) fn new(data: &'a [T], columns: usize) -> Self {
         assert_eq!(data.len() % columns, 0, "whole rows");
         Self { data, rows: data.len() / columns, columns, row_stride: columns, column_stride: 1 }
     }
@@ -31,16 +37,16 @@ impl<'a> Block<'a> {
 }
 
 /// `out = a b`, row-major.
-pub(super) fn multiply(a: Block<'_>, b: Block<'_>, out: &mut [f32]) {
-    run(a, b, out, 0.0);
+pub(super) fn multiply<T: Number>(a: Block<'_, T>, b: Block<'_, T>, out: &mut [T]) {
+    run(a, b, out, T::from(0));
 }
 
 /// `out += a b`, row-major.
-pub(super) fn multiply_add(a: Block<'_>, b: Block<'_>, out: &mut [f32]) {
-    run(a, b, out, 1.0);
+pub(super) fn multiply_add<T: Number>(a: Block<'_, T>, b: Block<'_, T>, out: &mut [T]) {
+    run(a, b, out, T::from(1));
 }
 
-fn run(a: Block<'_>, b: Block<'_>, out: &mut [f32], keep: f32) {
+fn run<T: Number>(a: Block<'_, T>, b: Block<'_, T>, out: &mut [T], keep: T) {
     assert_eq!(a.columns, b.rows, "inner dimensions");
     assert_eq!(out.len(), a.rows * b.columns, "outer dimensions");
     if out.is_empty() {
@@ -56,7 +62,7 @@ fn run(a: Block<'_>, b: Block<'_>, out: &mut [f32], keep: f32) {
             out.as_mut_ptr(),
             1,
             b.columns as isize,
-            keep != 0.0,
+            keep != T::from(0),
             a.data.as_ptr(),
             a.column_stride as isize,
             a.row_stride as isize,
@@ -64,7 +70,7 @@ fn run(a: Block<'_>, b: Block<'_>, out: &mut [f32], keep: f32) {
             b.column_stride as isize,
             b.row_stride as isize,
             keep,
-            1.0,
+            T::from(1),
             false,
             false,
             false,

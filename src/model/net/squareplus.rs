@@ -1,7 +1,7 @@
 //! The activation.
 
 /// Mean of `(x + √(x² + 1))/2` over a standard normal x.
-const MEAN: f32 = 0.677_265_4;
+pub(super) const MEAN: f32 = 0.677_265_4;
 
 /// `σ(x) = (x + √(x² + 1))/2 − E`: squareplus (Barron 2021, eq. 1, b = 1) less its mean, so that sums over many neighbours
 /// do not drift; smooth everywhere and free of exponentials.

@@ -64,7 +64,7 @@ impl ParticlesSpec {
             "dynamics.rigid names bodies that keep their shape, which dynamics.corrections would bend; leave one of them out"
         );
         let model = ParticleModel::new(self.substeps, self.keep, graph, laws)?;
-        Ok(ParticleModel { rigid: self.rigid, names, ..model }.corrected(corrections)?)
+        ParticleModel { rigid: self.rigid, names, ..model }.corrected(corrections)
     }
 }
 
