@@ -19,7 +19,6 @@ mod hierarchy;
 mod horizon;
 mod hybrid;
 mod metrics;
-mod mpm_speed;
 mod network_speed;
 mod noise;
 mod peer;
@@ -49,7 +48,6 @@ const EXPERIMENTS: &[Experiment] = &[
     network_speed::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
-    mpm_speed::CLAIM,
 ];
 
 /// The claims of the paper.
