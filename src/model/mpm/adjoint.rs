@@ -39,8 +39,8 @@ impl Backward<'_> {
         }
     }
 
-    /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node by
-    /// node `λ_u += w (g + 4/Δ² λ_C d)`; `taken` is v'.
+    /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node
+    /// by node `λ_u += w (g + 4/Δ² λ_C d)`; `taken` is v'.
     fn grid_to_particles(&mut self, i: usize, position: DVec3, taken: DVec3) {
         let interval = self.interval;
         let by = self.points.velocities[i] + interval.h * self.points.positions[i];

@@ -85,8 +85,8 @@ impl Contacts<'_> {
     /// The velocity that a node at `place` keeps \[m/s\].
     ///
     /// A part whose surface moves at `v_c`, d away, has the share s of it, `v ← v_c + (1 − s) (v − v_c) + s held(v − v_c)` with
-    /// `s = min(e^{−d/ℓ}, 1)` (Huang et al. 2021), here shifted by `e⁻⁷` so that it ends at 7 ℓ without a jump; table and walls have
-    /// all of what is on or behind them.
+    /// `s = min(e^{−d/ℓ}, 1)` (Huang et al. 2021), here shifted by `e⁻⁷` so that it ends at 7 ℓ without a jump; table and walls
+    /// have all of what is on or behind them.
     #[inline]
     pub(super) fn act(&self, place: DVec3, mut v: DVec3) -> DVec3 {
         for part in &self.parts {

@@ -6,7 +6,8 @@ use wide::f64x4;
 /// Most nodes of a grid. Particles farther apart than that have been blown apart.
 const NODES: f64 = 2_097_152.0;
 
-/// What a particle says around itself: `a + Σ_b B_b d_b` at an offset d \[m\], its first three coordinates a vector, the fourth a mass.
+/// What a particle says around itself: `a + Σ_b B_b d_b` at an offset d \[m\], its first three coordinates a vector, the fourth a
+/// mass.
 #[derive(Clone, Copy)]
 pub(super) struct Affine {
     /// a.

@@ -7,10 +7,10 @@ const LEAST_STRETCH: f64 = 0.05;
 
 /// Constants per unit of density.
 ///
-/// With the trial left Cauchy–Green tensor `T = U diag(t) Uᵀ` and Hencky's strains `e = ½ ln t`, `ê` their part without volume: where
-/// `|ê| > y`, `e ← mean + y ê/|ê|` (von Mises, as in Huang et al. 2021); Kirchhoff's stress is `τ = U diag(2μ e + λ Σe) Uᵀ`, and the
-/// elastic tensor kept is `U diag(exp 2e) Uᵀ`. Both are isotropic functions of T, so that neither they nor their derivatives
-/// depend on which eigenvectors stand for equal eigenvalues.
+/// With the trial left Cauchy–Green tensor `T = U diag(t) Uᵀ` and Hencky's strains `e = ½ ln t`, `ê` their part without volume:
+/// where `|ê| > y`, `e ← mean + y ê/|ê|` (von Mises, as in Huang et al. 2021); Kirchhoff's stress is `τ = U diag(2μ e + λ Σe)
+/// Uᵀ`, and the elastic tensor kept is `U diag(exp 2e) Uᵀ`. Both are isotropic functions of T, so that neither they nor their
+/// derivatives depend on which eigenvectors stand for equal eigenvalues.
 pub(super) struct Material {
     /// Shear modulus μ over density \[m²/s²\].
     pub(super) shear: f64,

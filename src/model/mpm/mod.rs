@@ -1,9 +1,9 @@
-//! The moving least squares material point method (Hu et al. 2018) with a hand-written adjoint: dough as a continuum that particles
-//! carry through a grid.
+//! The moving least squares material point method (Hu et al. 2018) with a hand-written adjoint: dough as a continuum that
+//! particles carry through a grid.
 //!
-//! A particle has a position x, a velocity v, its gradient C (affine, Jiang et al. 2015) and the elastic left Cauchy–Green tensor b.
-//! All particles weigh the same, and each holds the volume of its mass at the material's density, so that the mass itself does not
-//! matter. One control step is K substeps of h; in each, with quadratic B-splines w on cells of Δ and offsets `d = xᵢ − x`,
+//! A particle has a position x, a velocity v, its gradient C (affine, Jiang et al. 2015) and the elastic left Cauchy–Green tensor
+//! b. All particles weigh the same, and each holds the volume of its mass at the material's density, so that the mass itself does
+//! not matter. One control step is K substeps of h; in each, with quadratic B-splines w on cells of Δ and offsets `d = xᵢ − x`,
 //!
 //! ```text
 //! T = (I + hC) b (I + hC)ᵀ,   b ← elastic part of T,   τ = Kirchhoff's stress + η (C + Cᵀ)
@@ -11,9 +11,9 @@
 //! v ← Σ w uᵢ,   C ← 4/Δ² Σ w uᵢ dᵀ,   x ← x + h v
 //! ```
 //!
-//! b stands for the deformation gradient F of other writings, `b = F Fᵀ`: stress and flow of an isotropic material see no more of F
-//! (Simo & Hughes 1998, section 9.2). K is chosen so that neither sound nor momentum crosses more than the share `courant` of a cell
-//! in a substep: `K = ⌈T (c/Δ + 4η/(ρΔ²)) / courant⌉` with `c² = (λ + 2μ)/ρ`.
+//! b stands for the deformation gradient F of other writings, `b = F Fᵀ`: stress and flow of an isotropic material see no more of
+//! F (Simo & Hughes 1998, section 9.2). K is chosen so that neither sound nor momentum crosses more than the share `courant` of a
+//! cell in a substep: `K = ⌈T (c/Δ + 4η/(ρΔ²)) / courant⌉` with `c² = (λ + 2μ)/ρ`.
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;

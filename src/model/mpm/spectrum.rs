@@ -9,8 +9,8 @@ const SWEEPS: usize = 4;
 
 type Lanes = [f64; LANES];
 
-/// Symmetric matrices `T = U diag(t) Uᵀ` by cyclic Jacobi rotations (Golub & Van Loan 2013, algorithm 8.5.2), the same ones in every
-/// lane and without branches, so that the compiler turns lanes into vector registers.
+/// Symmetric matrices `T = U diag(t) Uᵀ` by cyclic Jacobi rotations (Golub & Van Loan 2013, algorithm 8.5.2), the same ones in
+/// every lane and without branches, so that the compiler turns lanes into vector registers.
 pub(super) struct Spectra {
     /// xx, yy, zz.
     diagonal: [Lanes; 3],

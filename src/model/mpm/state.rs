@@ -92,7 +92,8 @@ impl MpmState {
     }
 
     /// Linear momentum \[m/s\] and angular momentum about the origin \[m²/s\] per particle's mass: `Σ v` and
-    /// `Σ x × v + Δ²/4 ε : Cᵀ`, the spin of a particle's affine motion included (Jiang et al. 2015, section 5.3), on cells of Δ \[m\].
+    /// `Σ x × v + Δ²/4 ε : Cᵀ`, the spin of a particle's affine motion included (Jiang et al. 2015, section 5.3), on cells of Δ
+    /// \[m\].
     pub fn momentum(&self, cell: f64) -> (DVec3, DVec3) {
         let Points { positions, velocities, affine, .. } = &self.points;
         let linear = velocities.iter().sum();
@@ -103,8 +104,8 @@ impl MpmState {
     }
 }
 
-/// `∂J/∂state`, flat as `[positions 3N | velocities 3N | affine 9N | strain 9N | poses 6 per part: translation, rotation]`, matrices
-/// column by column.
+/// `∂J/∂state`, flat as `[positions 3N | velocities 3N | affine 9N | strain 9N | poses 6 per part: translation, rotation]`,
+/// matrices column by column.
 pub(super) struct StateGrad {
     pub(super) points: Points,
     pub(super) poses: Vec<PoseGrad>,
