@@ -55,7 +55,7 @@ impl ProjectedSpec {
 }
 
 /// `x' = argmin ½ Σ |x'ᵢ − x̂ᵢ|² + limit Σ_k max(0, g_k(x'))`, `v' = v̂ + (x' − x̂)/Δt` of the prediction (x̂, v̂): a convex quadratic
-/// program with one constraint `g_k ≤ 0` for every
+/// program, with second-order cones for stretch, with one constraint `g_k ≤ 0` for every
 ///
 /// - particle and plane: `n·x ≥ offset + clearance`,
 /// - particle and tool part: `d(x̂) + ∇d(x̂)·(x − x̂) ≥ clearance`, which for a convex part implies `d(x) ≥ clearance`,
@@ -63,7 +63,7 @@ impl ProjectedSpec {
 /// - pair nearer than `bond` at the start of the step: `|xᵢ − xⱼ| ≤ (1 + stretch) max(|xᵢ − xⱼ| at the start, diameter)`.
 ///
 /// Constraints enter when the prediction, or a solution without them, violates them; where none is, nothing is solved and the
-/// prediction stands bit by bit. A constraint without weight `limit` has a multiplier below it and then holds exactly (ℓ₁ penalties
+/// prediction stands bit by bit. A constraint whose multiplier stays below `limit` holds exactly (ℓ₁ penalties
 /// are exact, Nocedal & Wright 2006, th. 17.3). The derivative is that of the solution's optimality conditions with its active set
 /// (Amos & Kolter 2017, eq. 6). A step whose program finds no solution has NaN for positions.
 pub struct Projection(ProjectedSpec);
