@@ -126,6 +126,11 @@ impl Experiment {
             Rows::Sweep { config, smoke } => {
                 let mut spec = config::load::<SweepSpec>(Path::new(config), words)?.spec;
                 if size == Size::Smoke {
+                    let elsewhere = |change: &&mut Vec<String>| change.iter().any(|word| word.starts_with("dataset="));
+                    spec.changes
+                        .iter_mut()
+                        .filter(elsewhere)
+                        .for_each(|change| change.push("dataset.episodes=6".into()));
                     spec.set.extend(SMOKE.iter().chain(*smoke).map(|change| (*change).to_owned()));
                 }
                 let outcome = sweep::run::<CompareSpec>(&spec, watch)?;

@@ -1,5 +1,6 @@
 //! Claims: on dough the graph network predicts and plans better than one code for the whole scene; on a pile that is pushed a linear
-//! model of the picture from above does better than the graph network (as Suh & Tedrake 2020 report of deep networks).
+//! model of the picture from above does better than the graph network (Suh & Tedrake 2020 found a linear model of images better than
+//! deep networks of images).
 //!
 //! Command: `cargo run --release --bin experiments -- menu`, about 25 minutes. Table: `paper/tables/menu.tex`.
 use crate::claim::{Experiment, Rows, trials};

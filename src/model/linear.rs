@@ -6,8 +6,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Config of the model whose field of displacements is a linear filter of the picture: for a given motion of the tool the same linear
-/// transport of whatever lies on the table (after Suh & Tedrake 2020, who fit one matrix an action).
+/// Most numbers that the cells' neighbourhoods may hold together, for a step's memory of a gigabyte.
+const LARGEST: usize = 1 << 28;
+
+/// Config of the model whose field of displacements is linear in the picture, `field_c = Σ_o W_o picture_{c+o}` over the cells o around c.
+///
+/// Suh & Tedrake (2020) let the next image be linear in the image, one matrix an action; here it is the displacement that is linear, in
+/// the heights and the tool's motion together, so that one set of weights serves every action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LinearSpec {
@@ -27,6 +32,13 @@ impl LinearSpec {
         let odd = self.width % 2 == 1 && self.width < 64;
         ensure!(odd, "width must be an odd number of cells up to 63, got {}", self.width);
         let (size, inputs, outputs) = (self.picture.grid.size(), self.picture.inputs(), self.picture.outputs());
+        ensure!(
+            size.cells() * self.width * self.width * inputs <= LARGEST,
+            "a filter {} cells wide is too large for a picture of {} × {} cells of {inputs} numbers; lower one of them",
+            self.width,
+            size.rows,
+            size.columns
+        );
         let network = Filter::new(FilterArchitecture { size, inputs, outputs, width: self.width });
         Ok(HeightMapModel::new(self.picture, network.loaded(self.weights.as_deref())?))
     }

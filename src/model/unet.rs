@@ -35,6 +35,12 @@ impl UNetSpec {
         let even = size.rows % block == 0 && size.columns % block == 0;
         ensure!(even, "a picture of {} × {} cells cannot be halved {depth} times", size.rows, size.columns);
         let (inputs, outputs) = (self.picture.inputs(), self.picture.outputs());
+        ensure!(
+            width << depth <= 1024 && size.cells() * 9 * width.max(inputs) <= 1 << 28,
+            "a U-Net of {width} channels halved {depth} times is too large for a picture of {} × {} cells; lower one of them",
+            size.rows,
+            size.columns
+        );
         let network = UNet::new(UNetArchitecture { size, inputs, outputs, width, depth }, self.seed);
         Ok(HeightMapModel::new(self.picture, network.loaded(self.weights.as_deref())?))
     }

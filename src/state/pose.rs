@@ -1,6 +1,7 @@
 //! Rigid poses, how they move between two instants, and the exact derivatives of both.
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
+use std::ops::AddAssign;
 
 /// A rigid motion: `x ↦ R x + t`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,13 @@ pub struct Twist {
     pub linear: DVec3,
     /// Angular velocity \[rad/s\].
     pub angular: DVec3,
+}
+
+impl AddAssign for PoseGrad {
+    fn add_assign(&mut self, other: Self) {
+        self.translation += other.translation;
+        self.rotation += other.rotation;
+    }
 }
 
 impl Default for Pose {

@@ -1,5 +1,6 @@
 //! Gradients by the constants of laws against central differences.
-use super::{Contender, Mixed, STEPS, problem};
+use super::Contender;
+use super::problem::{Mixed, STEPS, problem};
 use pliant::model::{Cost, ModelSpec, WorldModel};
 use pliant::state::Scene;
 use pliant::train::{replace, value};

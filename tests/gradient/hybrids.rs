@@ -1,4 +1,5 @@
 //! Gradients of rollouts whose prediction is corrected at the end of every control step.
+use super::problem::Mixed;
 use super::*;
 use pliant::model::correction::{Correction, Feature, OutputResidual};
 use pliant::model::law::{Rate, View, ViewGrad};

@@ -19,6 +19,7 @@ mod constants;
 mod direction;
 mod drift;
 mod hybrids;
+mod kinds;
 mod memory;
 mod pairs;
 mod problem;

@@ -1,6 +1,7 @@
 //! The learned law of every substep: exact derivatives, momentum, and its start.
 use super::*;
 use pliant::model::law::{LearnedPair, LearnedPairSpec};
+use rand::Rng;
 
 fn spec() -> LearnedPairSpec {
     let text = "width = 8\nedges = [\"particle\", \"tool\", \"floor\"]\nradius = 0.016\nskin = 0.006\nstrength = 1.0\nspeed = 0.05\nseed = 3";

@@ -11,7 +11,7 @@ pub(crate) fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
 }
 
 /// `J = Σₜ Σᵢ aᵢ·x + 20 |x|² + bᵢ·v/10`, different at every step.
-pub(crate) struct Mixed(Vec<Vec<[DVec3; 2]>>);
+pub(crate) struct Mixed(pub(crate) Vec<Vec<[DVec3; 2]>>);
 
 impl Cost for Mixed {
     fn at(&self, t: usize, _: usize, x: &Particles) -> f64 {

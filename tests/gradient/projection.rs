@@ -1,8 +1,11 @@
 //! The projection onto what physics allows: what it does, that it is the nearest, and its derivative.
+use super::direction::Direction;
 use super::hybrids::corrected;
+use super::problem::vector;
 use super::*;
 use pliant::model::correction::Correction;
 use pliant::model::correction::projection::ProjectedSpec;
+use rand::Rng;
 
 const SPEC: ProjectedSpec =
     ProjectedSpec { clearance: 0.003, diameter: 0.0098, bond: 0.012, stretch: 0.05, limit: 0.02 };

@@ -58,7 +58,7 @@ impl GridSpec {
         self.height * level as f64 / (self.levels - 1) as f64
     }
 
-    /// The cells whose middle is nearer to `place` than `reach`, along x and y each: (cell, its middle).
+    /// The cells whose middle is not farther from `place` than `reach`, along x and y each: (cell, its middle).
     pub(super) fn around(&self, place: DVec2, reach: f64) -> impl Iterator<Item = (usize, DVec2)> + '_ {
         let (low, high) = ((place - reach - self.origin()) / self.cell, (place + reach - self.origin()) / self.cell);
         let range = |low: f64, high: f64, count: usize| {

@@ -167,10 +167,7 @@ impl<N: Layers + Trainable + Send + Sync> Adjoint<HeightMapState> for HeightMapM
             let (start, end) = (&state.poses[k], &control.poses[k]);
             let (at_start, at_end) = start.toward_vjp(end, 1.0, pose, twist, state.interval);
             from[k] = at_start;
-            to[k] = PoseGrad {
-                translation: to[k].translation + at_end.translation,
-                rotation: to[k].rotation + at_end.rotation,
-            };
+            to[k] += at_end;
         }
         (StateGrad { particles: back, past: Vec::new(), poses: from }.flat(), ControlGrad { poses: to })
     }

@@ -7,8 +7,8 @@ use glam::DVec3;
 /// Numbers a level: the nearness, and nearness times displacement.
 pub(super) const NUMBERS: usize = 4;
 
-/// `Σ_p w(d_p)` and `Σ_p w(d_p) u_p / scale` over the parts p, where d is a part's signed distance at the end of the step, u how far its
-/// material there moved in it, and `w(d) = (1 − s)² (1 + 2 s)` with `s = d/reach` in \[0, 1\]: one inside, none beyond the reach.
+/// `Σ_p w(d_p)` and `Σ_p w(d_p) u_p / scale` over the parts p, where d is the signed distance of cell c from a part at the end of the step,
+/// `u_p = T (linear_p + angular_p × (c − t_p))` how its material there moves, and `w(d) = (1 − s)² (1 + 2 s)` with `s = d/reach` in \[0, 1\]: one inside, none beyond the reach.
 pub(super) struct ToolView<'a> {
     pub(super) grid: &'a GridSpec,
     pub(super) tool: &'a ToolShape,
@@ -63,6 +63,11 @@ impl ToolView<'_> {
 
     /// Adds the tool's numbers to a picture.
     pub(super) fn draw(&self, picture: &mut [f32], stride: usize) {
+        // A tool that is nowhere is near to no cell: what is not a number must be seen nevertheless.
+        if !self.poses.iter().all(|pose| pose.translation.is_finite() && pose.rotation.is_finite()) {
+            picture.fill(f32::NAN);
+            return;
+        }
         self.sights(stride, |sight| {
             let row = &mut picture[sight.place..][..NUMBERS];
             row[0] += sight.nearness as f32;

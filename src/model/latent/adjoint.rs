@@ -3,7 +3,7 @@ use super::{LatentModel, LatentState, rows};
 use crate::model::Adjoint;
 use crate::model::cotangent::StateGrad;
 use crate::model::net::pull;
-use crate::state::{Control, ControlGrad, ParticlesGrad, PoseGrad, SceneGrad};
+use crate::state::{Control, ControlGrad, ParticlesGrad, SceneGrad};
 use glam::{DVec2, DVec3};
 
 /// `∂J/∂state`, flat as `[particles and poses | code | points 3N | base 3N | first positions 3N | middle 2]`.
@@ -89,12 +89,9 @@ impl Adjoint<LatentState> for LatentModel {
         grad.code = pulled[0].iter().map(|x| f64::from(*x)).collect();
         let (before, after, middle) = self.samples_vjp(state, control, &pulled[1]);
         grad.middle += middle;
-        let at_end = std::mem::replace(&mut grad.state.poses, before);
-        let sum = |(a, b): (&PoseGrad, &PoseGrad)| PoseGrad {
-            translation: a.translation + b.translation,
-            rotation: a.rotation + b.rotation,
-        };
-        (grad.flat(), ControlGrad { poses: at_end.iter().zip(&after).map(sum).collect() })
+        let mut poses = std::mem::replace(&mut grad.state.poses, before);
+        poses.iter_mut().zip(after).for_each(|(at_end, by)| *at_end += by);
+        (grad.flat(), ControlGrad { poses })
     }
 
     fn decode_vjp(&self, state: &LatentState, particles: &ParticlesGrad) -> Vec<f64> {

@@ -70,8 +70,8 @@ impl Backward<'_> {
         for (i, (pose, twist)) in grad.poses.iter().zip(&grad.twists).enumerate() {
             let (start, end) = (&state.poses[i], &control.poses[i]);
             let (at_from, at_to) = start.toward_vjp(end, self.interval.fraction(k), pose, twist, state.interval);
-            add(&mut self.from[i], &at_from);
-            add(&mut self.to[i], &at_to);
+            self.from[i] += at_from;
+            self.to[i] += at_to;
         }
     }
 
@@ -96,11 +96,6 @@ impl Backward<'_> {
         self.points.affine[i] = by_spread + 2.0 * viscosity * by_stress + 2.0 * interval.h * (pulled * strain[row]);
         self.points.strain[i] = growth.transpose() * pulled;
     }
-}
-
-fn add(sum: &mut PoseGrad, term: &PoseGrad) {
-    sum.translation += term.translation;
-    sum.rotation += term.rotation;
 }
 
 impl Adjoint<MpmState> for MpmModel {

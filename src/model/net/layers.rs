@@ -64,6 +64,9 @@ pub(crate) fn forward(layers: &impl Layers, inputs: Vec<Rows>) -> Vec<f32> {
 
 /// `∂J/∂input` of every input from `∂J/∂output`; adds `∂J/∂weights` to `weights` unless that slice is empty.
 pub(crate) fn pull(layers: &impl Layers, inputs: Vec<Rows>, at_output: &[f32], weights: &mut [f32]) -> Vec<Vec<f32>> {
+    if at_output.is_empty() {
+        return inputs.iter().map(|(rows, _)| vec![0.0; rows.len()]).collect();
+    }
     let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
     let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
     let inputs: Vec<Matrix> = inputs.into_iter().map(|(rows, columns)| record.matrix(rows, columns)).collect();

@@ -54,11 +54,11 @@ pub(super) fn mix<T: Tape<f32, Cpu>>(
     mixing: &Arc<Mixing>,
     beside: usize,
 ) -> Matrix {
-    let columns = x.shape().1;
+    let (columns, given) = (x.shape().1, entries(x));
     let mut out = vec![0.0; (mixing.starts.len() - 1) * columns];
     for (row, terms) in out.chunks_exact_mut(columns).zip(mixing.terms()) {
         for (source, share) in terms {
-            let from = &entries(x)[source * columns..][..columns];
+            let from = &given[source * columns..][..columns];
             row.iter_mut().zip(from).for_each(|(y, x)| *y += share * x);
         }
     }

@@ -45,12 +45,12 @@ where
     let stored = stored.and_then(|text| serde_json::from_str::<A>(text).ok());
     let file = SafeTensors::deserialize(bytes).context(DAMAGED)?;
     let shapes: Vec<_> = expected.named().map(|(name, shape, _)| (name.to_owned(), shape)).collect();
-    let weights = matrices(&shapes, &file).with_context(|| format!("the config asks for {architecture}"));
+    let weights = matrices(&shapes, &file);
     if let Some(stored) = stored.filter(|s| s != architecture) {
         let story = format!("the file holds weights of {stored}, but the config asks for {architecture}");
         return weights.and_then(|_| bail!("the shapes fit, but not what is done with them")).context(story);
     }
-    weights
+    weights.with_context(|| format!("the config asks for {architecture}"))
 }
 
 /// Writes named matrices, whole or not at all, with the architecture where there is one to tell.

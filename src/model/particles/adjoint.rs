@@ -89,16 +89,11 @@ impl Backward<'_> {
             let (pose, twist) = (std::mem::take(&mut self.poses[i]), std::mem::take(&mut self.twists[i]));
             if (pose, twist) != (PoseGrad::default(), Twist::default()) {
                 let (at_from, at_to) = from.toward_vjp(to, fraction, &pose, &twist, state.interval);
-                add(&mut self.from[i], &at_from);
-                add(&mut self.to[i], &at_to);
+                self.from[i] += at_from;
+                self.to[i] += at_to;
             }
         }
     }
-}
-
-fn add(sum: &mut PoseGrad, term: &PoseGrad) {
-    sum.translation += term.translation;
-    sum.rotation += term.rotation;
 }
 
 impl ParticleModel {
