@@ -2,7 +2,7 @@
 //! model of the picture from above does better than the graph network (Suh & Tedrake 2020 found a linear model of images better than
 //! deep networks of images).
 //!
-//! Command: `cargo run --release --bin experiments -- menu`, about 25 minutes. Table: `paper/tables/menu.tex`.
+//! Command: `cargo run --release --bin experiments -- menu`, about 15 minutes. Table: `paper/tables/menu.tex`.
 use crate::claim::{Experiment, Rows, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -10,7 +10,7 @@ use serde_json::Value;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "menu",
     claim: "the graph network beats one code for the whole scene on dough, and a linear model beats it on a pile",
-    duration: "about 25 minutes",
+    duration: "about 15 minutes",
     rows: Rows::Sweep {
         config: "configs/sweep/menu.toml",
         smoke: &[
