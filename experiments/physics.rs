@@ -37,9 +37,12 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let ModelSpec::Mpm(mpm) = shipped("mpm")? else { anyhow::bail!("configs/model/mpm.toml holds another model") };
     let lossless = MpmSpec { yield_stress: 1e9, viscosity: 0.0, gravity: 0.0, ..mpm.clone() };
     let mut rows = Vec::new();
+    let cores = std::thread::available_parallelism()?.get();
     let mut add = |model: &str, what: &str, value: f64, low: f64, high: f64| {
-        rows.push(json!({ "model": model, "what": what, "value": value, "low": low, "high": high }));
-        watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())
+        rows.push(json!({ "model": model, "what": what, "value": value, "low": low, "high": high, "load": load()?,
+            "cores": cores }));
+        let stopped = || "stopped between two measurements; nothing is kept of them".into();
+        watch.go_on(stopped).map_err(anyhow::Error::from)
     };
     let falling = with(&particles, &["gravity"], &[("keep", 1.0), ("laws.gravity.acceleration", GRAVITY)])?;
     let substeps = particles["substeps"].as_u64().context("dynamics.substeps is no number")? as usize;
@@ -79,6 +82,13 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
         add(name, "gain of two threads in 8 rollouts", gain(model, 4 * rounds)?, 1.7, f64::MAX)?;
     }
     Ok(rows)
+}
+
+/// Threads of all programs that want a core, over the last minute.
+fn load() -> anyhow::Result<f64> {
+    let text = std::fs::read_to_string("/proc/loadavg").context("cannot read /proc/loadavg: the load needs Linux")?;
+    let first = text.split_whitespace().next().and_then(|n| n.parse().ok());
+    first.context("/proc/loadavg holds no number")
 }
 
 fn shipped(name: &str) -> anyhow::Result<ModelSpec> {
@@ -162,6 +172,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let verdict = if (low..=high).contains(&value) { "holds" } else { "fails" };
         vec![text("model"), text("what"), shown, bound, verdict.to_owned()]
     };
+    let most = |key: &str| rows.iter().map(|row| number(row, key)).fold(f64::NAN, f64::max);
+    let (load, cores) = (most("load"), most("cores"));
     let header = ["model", "what", "measured", "bound", "claim"];
     Ok(Grid {
         title: "The analytical models against what must be true of them".into(),
@@ -178,7 +190,10 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             "gradients: of 100 random directions against central differences, through contact, flow and friction, as shares of the \
              difference or of their root mean square, whichever is more"
                 .into(),
-            "two threads: wall time of this machine, the best of several rounds".into(),
+            format!(
+                "two threads: wall time of this machine, the best of several rounds, while up to {load:.0} threads of all programs wanted its \
+                 {cores:.0} cores"
+            ),
         ],
     })
 }
