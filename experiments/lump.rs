@@ -14,7 +14,8 @@ pub(crate) fn vector(rng: &mut ChaCha8Rng) -> DVec3 {
     2.0 * DVec3::from_array(rng.random::<[f64; 3]>()) - 1.0
 }
 
-/// A block of `side` × `side` × 3 particles whose lowest stand at `z`, shaken by `shake` \[m\] and moving at most at `speed` \[m/s\].
+/// A block of `side` × `side` × 3 particles whose lowest stand at `z`, shaken by `shake` \[m\], each at a random velocity of size
+/// `speed` \[m/s\].
 pub(crate) fn block(side: usize, z: f64, shake: f64, speed: f64) -> Particles {
     let mut rng = stream(5, &[u64::from_le_bytes(*b"lump\0\0\0\0")]);
     let middle = 0.5 * (side as f64 - 1.0);

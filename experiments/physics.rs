@@ -1,5 +1,5 @@
-//! Claim: both analytical models fall exactly, keep energy and momentum, converge with the order of their integrator, and have exact
-//! gradients through contact, flow and friction.
+//! Claim: both analytical models fall exactly, keep momentum, converge with the order of their integrator, and have exact gradients
+//! through contact, flow and friction; the particles keep energy.
 //!
 //! Command: `cargo run --release --bin experiments -- physics`, half a minute. Table: `paper/tables/physics.tex`. Linux only: CPU
 //! time is read from `/proc`.
