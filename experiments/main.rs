@@ -19,18 +19,22 @@ mod hierarchy;
 mod horizon;
 mod hybrid;
 mod identify;
+mod lump;
 mod menu;
 mod metrics;
 mod mpm_speed;
 mod network_speed;
 mod noise;
 mod peer;
+mod physics;
 mod quickstart;
 mod radius;
 mod random_graph;
 mod recovery;
 mod rounds;
+mod slopes;
 mod speed;
+mod stack;
 mod world;
 
 /// Every claim. A new one is one file here and one line.
@@ -54,6 +58,7 @@ const EXPERIMENTS: &[Experiment] = &[
     metrics::CLAIM,
     formula::CLAIM,
     identify::CLAIM,
+    physics::CLAIM,
     mpm_speed::CLAIM,
 ];
 
