@@ -3,7 +3,7 @@ use super::constants;
 use super::*;
 use pliant::model::law::{NeuralConstants, NeuralConstantsSpec};
 use rand::Rng;
-use serde_json::{Value, json};
+use serde_json::json;
 
 const BOUND: f64 = 0.7;
 
@@ -65,11 +65,13 @@ fn its_weight_gradient_agrees_with_central_differences() {
 fn derivatives_by_the_written_constants_agree_with_central_differences() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("weights.safetensors");
-    let mut config = constants::config("neural_constants");
-    let shipped: NeuralConstantsSpec = serde_json::from_value(without_kind(&config["laws"][0])).unwrap();
-    let law = shaken(shipped);
+    let law = shaken(spec(|_| true));
     law.save_weights(&path).unwrap();
-    config["laws"][0]["weights"] = json!(path);
+    let mut config = constants::config("analytic");
+    let laws = config["laws"].as_array_mut().unwrap();
+    laws.drain(..3);
+    laws.insert(0, serde_json::to_value(NeuralConstantsSpec { weights: Some(path), ..spec(|_| true) }).unwrap());
+    laws[0]["kind"] = json!("neural_constants");
     assert_eq!(WorldModel::weights(&*constants::build(&config)), law.weights(), "the file holds the weights");
     let names = constants::build(&config).constants();
     assert!(names.contains(&"laws.neural_constants.laws.viscosity.reach".to_owned()), "{names:?}");
@@ -79,11 +81,6 @@ fn derivatives_by_the_written_constants_agree_with_central_differences() {
     config["laws"][0]["width"] = json!(9);
     let refusal = serde_json::from_value::<ModelSpec>(config).unwrap().build().map(|_| ()).unwrap_err();
     assert!(format!("{refusal:#}").contains("edge.particle.first.weight"), "{refusal:#}");
-}
-
-fn without_kind(law: &Value) -> Value {
-    let fields = law.as_object().unwrap().iter().filter(|(key, _)| *key != "kind");
-    Value::Object(fields.map(|(key, value)| (key.clone(), value.clone())).collect())
 }
 
 #[test]
@@ -112,9 +109,13 @@ fn a_pair_has_the_written_direction_and_a_constant_within_bounds_that_depends_on
         model.rollout(scene, &controls[..1])[1].velocities[0]
     };
     let contact = || spec(|law| law == "contact");
-    // The third particle is near enough to crowd the other two, and too far to touch them.
+    // A ring near enough to crowd the two, and too far to touch them.
     let pair = [far, far + 0.011 * DVec3::X];
-    let crowded = [pair[0], pair[1], far + DVec3::new(0.0055, 0.0115, 0.0)];
+    let ring = (0..6).map(|k| {
+        let (sine, cosine) = f64::from(k).sin_cos();
+        far + DVec3::new(0.0055, 0.0105 * cosine, 0.0105 * sine)
+    });
+    let crowded: Vec<DVec3> = pair.into_iter().chain(ring).collect();
     let written = velocity(contact().build().unwrap(), &pair, &mut scene);
     let [alone, among] = [&pair[..], &crowded].map(|p| velocity(shaken(contact()), p, &mut scene));
     for found in [alone, among] {
