@@ -70,10 +70,10 @@ const INPUTS: usize = 4;
 /// `a = Σ_k exp(b tanh o_k) a_k(x, v)` with the written laws a_k and
 /// `o = MLP(r/R, v_n/√(v_n² + V²), |v_t|²/(|v_t|² + V²), m/(2 + m))`, `m = ρᵢ + ρⱼ`, `ρᵢ = Σ_j (1 − r²/R²)²₊`.
 ///
-/// Every written law is linear in one of its constants — the stiffness of contact, the strength of cohesion, the rate of viscosity —
-/// so its factor sets this constant for the pair, positive and within bounds. What the network reads does not change when the two
-/// particles are exchanged: linear momentum is kept to rounding, and no law changes its direction. In f64; untrained every factor
-/// is exactly one (a network inside known laws and a known integrator: Ma et al. 2023, NCLaw).
+/// Every written law is linear in one of its constants — contact in its stiffness, cohesion in its strength, viscosity in its
+/// rate — so its factor sets this constant for the pair, positive and within bounds. What the network reads does not change when
+/// the two particles are exchanged: linear momentum is kept to rounding, and no law changes its direction. In f64; untrained
+/// every factor is exactly one (a network inside known laws and a known integrator: Ma et al. 2023, NCLaw).
 pub struct NeuralConstants {
     pairs: Vec<Box<dyn Pair>>,
     constants: Vec<String>,
@@ -161,8 +161,8 @@ impl NeuralConstants {
         outputs.rows().flatten().map(|o| self.factor(*o).0).collect()
     }
 
-    /// Calls `visit(k, pair, meeting, row)` with every law k and every meeting within its reach, law by law as written laws in a list
-    /// are asked, so that untrained sums round alike.
+    /// Calls `visit(k, pair, meeting, place)` with every law k and every meeting within its reach, `place` that of its factor; law by
+    /// law, as written laws in a list are asked, so that untrained sums round alike.
     fn ask(&self, meetings: &[Meeting], mut visit: impl FnMut(usize, &dyn Pair, &Meeting, usize)) {
         for (k, pair) in self.pairs.iter().enumerate() {
             let limit = pair.reach() * pair.reach();
