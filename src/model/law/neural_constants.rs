@@ -161,8 +161,8 @@ impl NeuralConstants {
         outputs.rows().flatten().map(|o| self.factor(*o).0).collect()
     }
 
-    /// Calls `visit(k, pair, meeting, place)` with every law k and every meeting within its reach, `place` that of its factor; law by
-    /// law, as written laws in a list are asked, so that untrained sums round alike.
+    /// Calls `visit(k, pair, meeting, place)` with every law k and every meeting within its reach, `place` that of its factor;
+    /// law by law, as written laws in a list are asked, so that untrained sums round alike.
     fn ask(&self, meetings: &[Meeting], mut visit: impl FnMut(usize, &dyn Pair, &Meeting, usize)) {
         for (k, pair) in self.pairs.iter().enumerate() {
             let limit = pair.reach() * pair.reach();
