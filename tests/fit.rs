@@ -170,6 +170,13 @@ fn every_other_hybrid_is_trained_by_the_same_loop() {
         .unwrap()
         .push(json!({"kind": "learned_pair", "width": 8, "edges": ["particle", "tool", "floor"],
         "radius": 0.012, "skin": 0.004, "strength": 1.0, "speed": 0.05, "seed": 1}));
+    // The constants of viscosity alone, ten times too small, and within reach of the network.
+    let mut constants = written(4.0, 2e3);
+    let viscosity = constants["laws"][0].clone();
+    constants["laws"][0] = json!({"kind": "neural_constants", "width": 8, "bound": 3.0, "radius": 0.012, "speed": 0.05, "seed": 1,
+        "laws": [viscosity]});
+    let wrong = error(model(&written(4.0, 2e3)), &split);
+    assert_eq!(error(model(&constants), &split), wrong, "an untrained network changes nothing");
     // The soft plate of this world enters its particles.
     let mut projected = with_network(None);
     projected["corrections"] = json!([{"kind": "projected", "clearance": -0.02, "diameter": 0.004, "bond": 0.01, "stretch": 0.3,
@@ -178,6 +185,7 @@ fn every_other_hybrid_is_trained_by_the_same_loop() {
         (corrected("output_residual"), "corrections.output_residual.weights", 0.5 * parent_error),
         (corrected("feature"), "corrections.feature.weights", 0.5 * still),
         (pair, "laws.learned_pair.weights", 0.9 * parent_error),
+        (constants, "laws.neural_constants.weights", 0.5 * wrong),
         (projected, "laws.learned.weights", 0.5 * still),
     ];
     for (spec, weights, most) in cases {

@@ -13,7 +13,8 @@ use pliant::world::World;
 use rand::Rng;
 
 /// Written, learned, and every hybrid of the two.
-const NAMES: [&str; 7] = ["analytic", "learned", "hybrid", "residual", "output_residual", "feature", "projected"];
+const NAMES: [&str; 8] =
+    ["analytic", "learned", "hybrid", "residual", "neural_constants", "output_residual", "feature", "projected"];
 
 /// The quickstart with models that see eighty of the particles. With all of them, on a regular lattice, written particles buckle
 /// under a grip: a step of 1e-7 of a bound then changes the slope itself, and no difference converges.
@@ -131,7 +132,7 @@ fn untrained_hybrids_predict_exactly_what_their_written_laws_do() {
     let rollout = |name: &str| spec.model[name].dynamics.clone().build().unwrap().rollout(&scene, &motion.controls);
     let written = rollout("analytic");
     assert_ne!(written[0], written[6], "nothing moved");
-    for name in ["hybrid", "residual", "output_residual"] {
+    for name in ["hybrid", "residual", "neural_constants", "output_residual"] {
         assert!(rollout(name) == written, "{name}");
     }
     assert!(rollout("feature") != written, "its motion is the network's alone");

@@ -21,6 +21,7 @@ mod drift;
 mod hybrids;
 mod kinds;
 mod memory;
+mod neural_constants;
 mod pairs;
 mod problem;
 mod projection;

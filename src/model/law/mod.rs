@@ -13,6 +13,7 @@ mod frame;
 pub mod gravity;
 mod learned;
 mod learned_pair;
+mod neural_constants;
 pub mod pair;
 pub mod tool;
 pub mod viscosity;
@@ -20,6 +21,7 @@ pub mod viscosity;
 pub use frame::FrameSpec;
 pub use learned::{Learned, LearnedSpec};
 pub use learned_pair::{LearnedPair, LearnedPairSpec};
+pub use neural_constants::{NeuralConstants, NeuralConstantsSpec};
 
 /// What a law may look at.
 pub struct View<'a> {
@@ -103,6 +105,10 @@ pub trait Law: Send + Sync {
         let _ = (view, out);
         assert!(constants.is_empty(), "a law that names constants has no derivatives by them");
     }
+    /// What two particles do to each other, where the law is nothing else and says it pair by pair.
+    fn into_pair(self: Box<Self>) -> Option<Box<dyn pair::Pair>> {
+        None
+    }
     /// Trainable weights, flat.
     fn weights(&self) -> Vec<f32> {
         Vec::new()
@@ -131,6 +137,7 @@ family! {
         Gravity(gravity::GravitySpec),
         Learned(learned::LearnedSpec),
         LearnedPair(learned_pair::LearnedPairSpec),
+        NeuralConstants(neural_constants::NeuralConstantsSpec),
         Formula(formula::FormulaSpec),
     }
 }

@@ -27,34 +27,32 @@ pub trait Pair: Send + Sync {
 /// The law that sums a [`Pair`] over the half list of neighbours, each unordered pair once.
 pub struct Pairwise<P>(pub P);
 
-impl<P: Pair> Pairwise<P> {
-    /// Calls `visit(i, j, offset, square)` with every pair within reach, in the order of the list.
-    #[inline]
-    fn visit(&self, view: &View<'_>, mut visit: impl FnMut(usize, usize, DVec3, f64)) {
-        let positions = &view.particles.positions[..];
-        let list = &view.graph.edges[PARTICLE];
-        let limit = self.0.reach() * self.0.reach();
-        for (i, at) in positions.iter().enumerate() {
-            for &j in &list.senders[list.offsets[i] as usize..list.offsets[i + 1] as usize] {
-                let offset = *at - positions[j as usize];
-                let square = offset.length_squared();
-                // Two particles in one place have no direction to push in.
-                if square < limit && square > 0.0 {
-                    visit(i, j as usize, offset, square);
-                }
+/// Calls `visit(i, j, offset, square)` with every pair nearer than `reach`, in the order of the list.
+#[inline]
+pub(super) fn visit(view: &View<'_>, reach: f64, mut visit: impl FnMut(usize, usize, DVec3, f64)) {
+    let positions = &view.particles.positions[..];
+    let list = &view.graph.edges[PARTICLE];
+    let limit = reach * reach;
+    for (i, at) in positions.iter().enumerate() {
+        for &j in &list.senders[list.offsets[i] as usize..list.offsets[i + 1] as usize] {
+            let offset = *at - positions[j as usize];
+            let square = offset.length_squared();
+            // Two particles in one place have no direction to push in.
+            if square < limit && square > 0.0 {
+                visit(i, j as usize, offset, square);
             }
         }
     }
 }
 
-impl<P: Pair> Law for Pairwise<P> {
+impl<P: Pair + 'static> Law for Pairwise<P> {
     fn reach(&self) -> f64 {
         self.0.reach()
     }
 
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
         let velocities = &view.particles.velocities[..];
-        self.visit(view, |i, j, offset, square| {
+        visit(view, self.0.reach(), |i, j, offset, square| {
             let push = self.0.acceleration(offset, square, velocities[i] - velocities[j]);
             out[i] += push;
             out[j] -= push;
@@ -64,7 +62,7 @@ impl<P: Pair> Law for Pairwise<P> {
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
         let velocities = &view.particles.velocities[..];
         let grad = &mut grad.particles;
-        self.visit(view, |i, j, offset, square| {
+        visit(view, self.0.reach(), |i, j, offset, square| {
             let (x, v) = self.0.pull(offset, square, velocities[i] - velocities[j], out[i] - out[j]);
             grad.positions[i] += x;
             grad.positions[j] -= x;
@@ -73,13 +71,17 @@ impl<P: Pair> Law for Pairwise<P> {
         });
     }
 
+    fn into_pair(self: Box<Self>) -> Option<Box<dyn Pair>> {
+        Some(Box::new(self.0))
+    }
+
     fn constants(&self) -> Vec<&str> {
         self.0.constants().to_vec()
     }
 
     fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
         let velocities = &view.particles.velocities[..];
-        self.visit(view, |i, j, offset, square| {
+        visit(view, self.0.reach(), |i, j, offset, square| {
             self.0.pull_constants(offset, square, velocities[i] - velocities[j], out[i] - out[j], constants);
         });
     }
