@@ -120,7 +120,9 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let lines = ours.iter().filter(|of| ratio(of, variant, key) >= least).count();
         let verdict = verdict(worst, worst >= least);
         let of = ours.len();
-        format!("{title}, {pass}: {worst:.2} × our time at least (claim: {least}; {verdict}, on {lines} of {of} lines)")
+        format!(
+            "{title}, {pass}: {worst:.2} × our time at least (claim: {least}; {verdict}, reached on {lines} of {of} lines)"
+        )
     };
     let claims = PEERS.iter().filter_map(|(variant, title, claims)| Some((variant, title, (*claims)?)));
     let verdicts = claims.flat_map(|(variant, title, claims)| {
