@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 
 /// A direction in everything that a rollout starts from.
 pub(crate) struct Direction {
-    positions: Vec<DVec3>,
-    velocities: Vec<DVec3>,
-    start: Vec<Twist>,
-    controls: Vec<Vec<Twist>>,
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) velocities: Vec<DVec3>,
+    pub(crate) start: Vec<Twist>,
+    pub(crate) controls: Vec<Vec<Twist>>,
 }
 
 impl Direction {

@@ -1,7 +1,9 @@
 //! The other kinds of learned model: their gradients are what central differences of their rollouts are, by weights too.
 use super::direction::Direction;
-use super::problem::problem;
+use super::problem::{STEPS, problem};
+use glam::DVec3;
 use pliant::model::Cost;
+use pliant::state::Twist;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use specs::{shaken, specs};
@@ -18,6 +20,13 @@ fn error<const N: usize>(exact: f64, steps: [f64; N], mut cost: impl FnMut(f64) 
     errors.into_iter().fold(f64::INFINITY, f64::min)
 }
 
+/// All particles move as one, and nothing else does.
+fn together(along: DVec3) -> Direction {
+    let start = vec![Twist::default(); 2];
+    let (positions, velocities) = (vec![along; 48], vec![DVec3::ZERO; 48]);
+    Direction { positions, velocities, controls: vec![start.clone(); STEPS], start }
+}
+
 fn typical(values: &[(f64, f64)]) -> f64 {
     (values.iter().map(|(exact, _)| exact * exact).sum::<f64>() / values.len() as f64).sqrt()
 }
@@ -32,9 +41,14 @@ fn pictures_and_codes_have_the_gradients_of_their_rollouts() {
         for (what, [particles, start, controls]) in
             [("particles", [1.0, 0.0, 0.0]), ("start", [0.0, 1.0, 0.0]), ("controls", [0.0, 0.0, 1.0])]
         {
-            let trials: Vec<(f64, f64)> = (0..6)
-                .map(|_| {
-                    let direction = Direction::random(&mut rng, particles, start, controls);
+            let mut directions: Vec<Direction> =
+                (0..6).map(|_| Direction::random(&mut rng, particles, start, controls)).collect();
+            if what == "particles" {
+                directions.extend(DVec3::AXES.map(together));
+            }
+            let trials: Vec<(f64, f64)> = directions
+                .iter()
+                .map(|direction| {
                     let (exact, steps) = (direction.along(&gradient), [3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6]);
                     (exact, error(exact, steps, |h| direction.cost(&*model, &problem, h)))
                 })
