@@ -40,10 +40,7 @@ pub(super) fn add(total: &mut [DVec3], rows: &[DVec3], factor: f64) {
 
 /// Adds what the tool's part of `from` is to `to`.
 pub(super) fn add_tool(to: &mut ViewGrad<'_>, from: &ViewGrad<'_>) {
-    for (sum, term) in to.poses.iter_mut().zip(&from.poses) {
-        sum.translation += term.translation;
-        sum.rotation += term.rotation;
-    }
+    to.poses.iter_mut().zip(&from.poses).for_each(|(sum, term)| *sum += *term);
     for (sum, term) in to.twists.iter_mut().zip(&from.twists) {
         sum.linear += term.linear;
         sum.angular += term.angular;

@@ -141,21 +141,26 @@ impl<N: Layers + Trainable + Send + Sync> Adjoint<HeightMapState> for HeightMapM
         let positions = &state.particles.positions;
         let twists = Self::twists(state, control);
         let sighting = self.look(state, control, &twists);
-        let field = forward(&self.network, vec![(sighting.picture.clone(), stride)]);
 
         let StateGrad { particles: at, poses: mut to, .. } = StateGrad::read(next, positions.len(), 0);
-        let mut at_field = vec![0.0_f32; field.len()];
-        let mut back = ParticlesGrad { velocities: vec![DVec3::ZERO; positions.len()], positions: at.positions };
-        for (i, x) in positions.iter().enumerate() {
-            let at_move = *scale * (back.positions[i] + at.velocities[i] / state.interval);
-            for (place, weight, derivative) in grid.corners(*x) {
-                back.positions[i] += vector(&field, place).dot(at_move) * derivative;
+        let rows = at.positions.iter().zip(&at.velocities);
+        let at_moves: Vec<DVec3> = rows.map(|(x, v)| *scale * (*x + *v / state.interval)).collect();
+        let mut at_field = vec![0.0_f32; grid.size().cells() * self.picture.outputs()];
+        for (x, at_move) in positions.iter().zip(&at_moves) {
+            for (place, weight, _) in grid.corners(*x) {
                 let own = &mut at_field[3 * place..][..3];
-                own.iter_mut().zip((weight * at_move).as_vec3().to_array()).for_each(|(g, w)| *g += w);
+                own.iter_mut().zip((weight * *at_move).as_vec3().to_array()).for_each(|(g, w)| *g += w);
             }
         }
         let inputs = vec![(sighting.picture, stride)];
-        let at_picture = pull(&self.network, inputs, &at_field, weights).swap_remove(0);
+        let (field, mut at_inputs) = pull(&self.network, inputs, &at_field, weights);
+        let at_picture = at_inputs.swap_remove(0);
+        let mut back = ParticlesGrad { velocities: vec![DVec3::ZERO; positions.len()], positions: at.positions };
+        for ((x, at_move), back) in positions.iter().zip(&at_moves).zip(&mut back.positions) {
+            for (place, _, derivative) in grid.corners(*x) {
+                *back += vector(&field, place).dot(*at_move) * derivative;
+            }
+        }
         let at_top: Vec<f64> = at_picture.chunks_exact(stride).map(|row| f64::from(row[0]) / grid.height).collect();
         sighting.top.pull(grid, positions, &at_top, &mut back.positions);
 

@@ -54,7 +54,7 @@ impl LatentModel {
     fn decoder_vjp(&self, state: &LatentState, code: &[f32], at: &[f32], grad: &mut LatentGrad, weights: &mut [f32]) {
         let start = &state.start;
         let inputs = vec![(code.to_vec(), code.len()), (start.points.clone(), 3)];
-        let pulled = pull(&self.decoder(&start.copies), inputs, at, weights);
+        let (_, pulled) = pull(&self.decoder(&start.copies), inputs, at, weights);
         add(&mut grad.code, &pulled[0]);
         add(&mut grad.points, &pulled[1]);
     }
@@ -85,7 +85,7 @@ impl Adjoint<LatentState> for LatentModel {
         self.decoder_vjp(state, &code, &at_decoded, &mut grad, weights);
 
         let inputs = vec![(state.code.clone(), state.code.len()), self.samples(state, control)];
-        let pulled = pull(&self.next(state), inputs, &single(&grad.code), weights);
+        let (_, pulled) = pull(&self.next(state), inputs, &single(&grad.code), weights);
         grad.code = pulled[0].iter().map(|x| f64::from(*x)).collect();
         let (before, after, middle) = self.samples_vjp(state, control, &pulled[1]);
         grad.middle += middle;
@@ -118,7 +118,7 @@ impl Adjoint<LatentState> for LatentModel {
         let at_base = single(&grad.base);
         self.decoder_vjp(start, &start.code, &at_base, &mut grad, weights);
         let points = vec![(start.start.points.clone(), 3)];
-        let pulled = pull(&self.encoder(count), points, &single(&grad.code), weights);
+        let (_, pulled) = pull(&self.encoder(count), points, &single(&grad.code), weights);
         add(&mut grad.points, &pulled[0]);
         let at_points: Vec<DVec3> = rows(&single(&grad.points)).map(|g| g / self.extent).collect();
         let at_middle = grad.middle - at_points.iter().map(|g| g.truncate()).sum::<DVec2>();

@@ -62,19 +62,25 @@ pub(crate) fn forward(layers: &impl Layers, inputs: Vec<Rows>) -> Vec<f32> {
     entries(&layers.run(&mut record, &inputs)).to_vec()
 }
 
-/// `∂J/∂input` of every input from `∂J/∂output`; adds `∂J/∂weights` to `weights` unless that slice is empty.
-pub(crate) fn pull(layers: &impl Layers, inputs: Vec<Rows>, at_output: &[f32], weights: &mut [f32]) -> Vec<Vec<f32>> {
+/// The output, and `∂J/∂input` of every input from `∂J/∂output`; adds `∂J/∂weights` to `weights` unless that slice is empty.
+pub(crate) fn pull(
+    layers: &impl Layers,
+    inputs: Vec<Rows>,
+    at_output: &[f32],
+    weights: &mut [f32],
+) -> (Vec<f32>, Vec<Vec<f32>>) {
     if at_output.is_empty() {
-        return inputs.iter().map(|(rows, _)| vec![0.0; rows.len()]).collect();
+        return (Vec::new(), inputs.iter().map(|(rows, _)| vec![0.0; rows.len()]).collect());
     }
     let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
     let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
     let inputs: Vec<Matrix> = inputs.into_iter().map(|(rows, columns)| record.matrix(rows, columns)).collect();
     let output = layers.run(&mut record, &inputs);
+    let rows = entries(&output).to_vec();
     let mut grads = record.backward(output, at_output);
     let mut collect = || -> Result<Vec<Vec<f32>>, CpuError> {
         layers.owner().collect(&mut grads, weights)?;
         inputs.iter().map(|x| Ok(std::mem::take(&mut **grads.get_or_alloc_mut(x)?))).collect()
     };
-    collect().expect("gradients of tensors that were just used fit in memory")
+    (rows, collect().expect("gradients of tensors that were just used fit in memory"))
 }

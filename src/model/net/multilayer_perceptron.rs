@@ -1,6 +1,6 @@
 //! Perceptrons of two hidden layers in f64, small enough to be asked in every substep, with exact derivatives.
 use super::product::{Block, multiply, multiply_add};
-use super::squareplus::MEAN;
+use super::squareplus::double::{slope, squareplus};
 use super::weights::{read_matrices, write_matrices};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -17,7 +17,7 @@ pub(crate) struct MultilayerPerceptron {
 }
 
 /// What a forward pass leaves.
-pub(crate) struct Layers {
+pub(crate) struct Activations {
     inputs: Vec<f64>,
     first: Vec<f64>,
     second: Vec<f64>,
@@ -25,7 +25,7 @@ pub(crate) struct Layers {
     columns: usize,
 }
 
-impl Layers {
+impl Activations {
     /// The outputs, a row each.
     pub(crate) fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.outputs.chunks_exact(self.columns)
@@ -74,7 +74,7 @@ impl MultilayerPerceptron {
     }
 
     /// The outputs of rows of inputs.
-    pub(crate) fn forward(&self, inputs: Vec<f64>) -> Layers {
+    pub(crate) fn forward(&self, inputs: Vec<f64>) -> Activations {
         let [columns, width, outputs] = self.sizes;
         let [w1, b1, w2, b2, w3] = self.parts();
         let rows = inputs.len() / columns;
@@ -90,11 +90,11 @@ impl MultilayerPerceptron {
         let second = layer(&first, width, w2, b2);
         let mut out = vec![0.0; rows * outputs];
         multiply(Block::new(&second, width), Block::new(w3, outputs), &mut out);
-        Layers { inputs, first, second, outputs: out, columns: outputs }
+        Activations { inputs, first, second, outputs: out, columns: outputs }
     }
 
     /// `∂J/∂inputs` from `∂J/∂outputs`; adds `∂J/∂weights` to `weights` unless that slice is empty.
-    pub(crate) fn pull(&self, layers: &Layers, at: &[f64], weights: &mut [f32]) -> Vec<f64> {
+    pub(crate) fn pull(&self, left: &Activations, at: &[f64], weights: &mut [f32]) -> Vec<f64> {
         let [columns, width, outputs] = self.sizes;
         let [w1, _, w2, _, w3] = self.parts();
         let rows = at.len() / outputs;
@@ -104,15 +104,15 @@ impl MultilayerPerceptron {
             out.iter_mut().zip(active).for_each(|(g, y)| *g *= slope(*y));
             out
         };
-        let at_second = back(at, outputs, w3, &layers.second);
-        let at_first = back(&at_second, width, w2, &layers.first);
+        let at_second = back(at, outputs, w3, &left.second);
+        let at_first = back(&at_second, width, w2, &left.first);
         if !weights.is_empty() {
             let mut sums = vec![0.0; self.weights.len()];
             let mut rest = &mut sums[..];
             let pairs = [
-                (&layers.inputs, columns, &at_first[..], width),
-                (&layers.first, width, &at_second[..], width),
-                (&layers.second, width, at, outputs),
+                (&left.inputs, columns, &at_first[..], width),
+                (&left.first, width, &at_second[..], width),
+                (&left.second, width, at, outputs),
             ];
             for (k, (x, inner, delta, outer)) in pairs.into_iter().enumerate() {
                 let (own, after) = rest.split_at_mut(inner * outer);
@@ -202,15 +202,4 @@ impl Stack {
             MultilayerPerceptron::shapes(network.sizes).map(|(layer, shape)| (format!("edge.{name}.{layer}"), shape))
         })
     }
-}
-
-/// The activation of the graph network, in f64.
-fn squareplus(x: f64) -> f64 {
-    0.5 * (x + (x * x + 1.0).sqrt()) - f64::from(MEAN)
-}
-
-/// Its derivative from its value.
-fn slope(value: f64) -> f64 {
-    let square = (value + f64::from(MEAN)).powi(2);
-    square / (square + 0.25)
 }

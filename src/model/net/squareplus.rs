@@ -1,7 +1,7 @@
 //! The activation.
 
 /// Mean of `(x + √(x² + 1))/2` over a standard normal x.
-pub(super) const MEAN: f32 = 0.677_265_4;
+const MEAN: f32 = 0.677_265_4;
 
 /// `σ(x) = (x + √(x² + 1))/2 − E`: squareplus (Barron 2021, eq. 1, b = 1) less its mean, so that sums over many neighbours
 /// do not drift; smooth everywhere and free of exponentials.
@@ -16,6 +16,22 @@ pub(super) fn slope(value: f32) -> f32 {
     let y = value + MEAN;
     let square = y * y;
     square / (square + 0.25)
+}
+
+/// The same in f64.
+pub(super) mod double {
+    const MEAN: f64 = super::MEAN as f64;
+
+    #[inline(always)]
+    pub(in crate::model::net) fn squareplus(x: f64) -> f64 {
+        0.5 * (x + (x * x + 1.0).sqrt()) - MEAN
+    }
+
+    #[inline(always)]
+    pub(in crate::model::net) fn slope(value: f64) -> f64 {
+        let square = (value + MEAN).powi(2);
+        square / (square + 0.25)
+    }
 }
 
 #[cfg(test)]
