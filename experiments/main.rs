@@ -15,6 +15,8 @@ mod cpu;
 mod edge_types;
 mod endurance;
 mod formula;
+mod generalise;
+mod gradient_quality;
 mod hierarchy;
 mod horizon;
 mod hybrid;
@@ -32,9 +34,11 @@ mod radius;
 mod random_graph;
 mod recovery;
 mod rounds;
+mod samples;
 mod slopes;
 mod speed;
 mod stack;
+mod transfer;
 mod world;
 
 /// Every claim. A new one is one file here and one line.
@@ -50,6 +54,8 @@ const EXPERIMENTS: &[Experiment] = &[
     noise::CLAIM,
     horizon::CLAIM,
     menu::CLAIM,
+    generalise::CLAIM,
+    samples::CLAIM,
     box_bath::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
@@ -59,6 +65,7 @@ const EXPERIMENTS: &[Experiment] = &[
     formula::CLAIM,
     identify::CLAIM,
     physics::CLAIM,
+    gradient_quality::CLAIM,
     mpm_speed::CLAIM,
 ];
 

@@ -24,3 +24,4 @@ pub use plot::{Curve, curves};
 pub use report::{Report, report};
 pub use sheet::{Frame, Strip, sheet};
 pub use summary::summary;
+pub use verdict::verdict;

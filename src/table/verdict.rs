@@ -4,7 +4,7 @@ use super::Interval;
 /// Sorts labelled intervals of differences into those below zero, above zero, and those that zero lies in, in one sentence.
 ///
 /// A claim "lower than" holds for the first, fails for the second and is undecided for the rest.
-pub(super) fn verdict(differences: impl IntoIterator<Item = (String, Option<Interval>)>) -> String {
+pub fn verdict(differences: impl IntoIterator<Item = (String, Option<Interval>)>) -> String {
     let mut sorted: [(&str, Vec<String>); 3] = [("lower", vec![]), ("higher", vec![]), ("undecided", vec![])];
     for (label, interval) in differences {
         let Some(Interval { mean, half, .. }) = interval else { continue };

@@ -1,0 +1,166 @@
+//! Models fitted to some episodes and judged on others: of another size, material or tool, or after fewer minutes of data.
+use crate::claim::number;
+use anyhow::Context;
+use pliant::compare::{Artifacts, ContenderSpec, RUNS, dataset_folder};
+use pliant::config::{self, Fingerprint, fingerprint};
+use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, simulate};
+use pliant::table::{Grid, Interval, verdict};
+use pliant::train::{Split, Tools, evaluate};
+use pliant::watch::Watch;
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// A model of `configs/model` and changes to it.
+pub(crate) type Model<'a> = (&'a str, &'a [&'a str]);
+
+/// Episodes to learn from.
+pub(crate) struct Lesson {
+    /// What the table calls them.
+    pub(crate) name: String,
+    /// Those that fits see, and those of the same kind that they do not.
+    pub(crate) split: Split,
+    mark: Fingerprint,
+}
+
+/// Episodes to be judged on, none of which any fit sees.
+pub(crate) struct Exam {
+    name: String,
+    episodes: Vec<Episode>,
+    tools: Tools,
+}
+
+/// The dataset of a config of `configs/dataset` with these changes, drawn where it is not there yet.
+pub(crate) fn dataset(name: &str, words: &[&str], watch: &Watch) -> anyhow::Result<Dataset> {
+    let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+    let spec = config::load::<DatasetSpec>(format!("configs/dataset/{name}.toml").as_ref(), &words)?.spec;
+    simulate(&spec, &dataset_folder(RUNS.as_ref(), &spec), watch)
+}
+
+impl Lesson {
+    /// The first `count` of a dataset's training episodes.
+    pub(crate) fn of(name: impl Into<String>, dataset: &Dataset, count: usize) -> Self {
+        let mut split = Split::of(dataset, HELD_OUT);
+        let count = count.min(split.train.len());
+        split.train.truncate(count);
+        Self { name: name.into(), split, mark: fingerprint(&(&dataset.metadata, count)) }
+    }
+
+    /// What the lesson's own dataset holds out.
+    pub(crate) fn exam(&self, name: impl Into<String>) -> Exam {
+        Exam { name: name.into(), episodes: self.split.held_out.clone(), tools: self.split.tools.clone() }
+    }
+}
+
+impl Exam {
+    /// All episodes of a dataset.
+    pub(crate) fn of(name: impl Into<String>, dataset: Dataset) -> Self {
+        Self { name: name.into(), episodes: dataset.episodes, tools: dataset.tools }
+    }
+}
+
+/// A row for every model, seed and exam; every random stream of a fit is drawn anew for each seed.
+pub(crate) fn judged(
+    models: &[Model<'_>],
+    lesson: &Lesson,
+    exams: &[Exam],
+    seeds: u64,
+    watch: &Watch,
+) -> anyhow::Result<Vec<Value>> {
+    let mut rows = Vec::new();
+    for (name, words) in models {
+        for seed in 0..seeds {
+            watch.go_on(|| "stopped between two fits; the same command goes on".to_owned())?;
+            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            let spec = config::load::<ContenderSpec>(format!("configs/model/{name}.toml").as_ref(), &words)?.spec;
+            let spec: ContenderSpec = serde_json::from_value(seeded(serde_json::to_value(spec)?, seed))?;
+            let artifacts = Artifacts::below(Path::new(RUNS));
+            let fitted = spec.fit(name, &lesson.split, &lesson.mark, &artifacts, watch)?;
+            for exam in exams {
+                let told = evaluate(fitted.model.as_ref(), &exam.episodes, &exam.tools)
+                    .with_context(|| format!("judging {name} on {}", exam.name))?;
+                rows.push(json!({ "lesson": lesson.name, "exam": exam.name, "model": name, "seed": seed,
+                    "one_step": told.one_step, "rollout": told.rollout, "still_rollout": told.still_rollout,
+                    "episodes": told.episodes, "not_finite": told.not_finite }));
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// The same with every key `seed`, however deep, being `seed`.
+fn seeded(value: Value, seed: u64) -> Value {
+    let of = |(key, value): (String, Value)| {
+        let value = if key == "seed" { json!(seed) } else { seeded(value, seed) };
+        (key, value)
+    };
+    match value {
+        Value::Object(members) => members.into_iter().map(of).collect(),
+        Value::Array(items) => items.into_iter().map(|item| seeded(item, seed)).collect(),
+        other => other,
+    }
+}
+
+/// One line a lesson, exam and model, each minus the model that `references` says, paired by seed.
+pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> bool) -> Grid {
+    let text = |row: &Value, key: &str| row[key].as_str().unwrap_or("–").to_owned();
+    let key = |row: &Value| ["lesson", "exam", "model"].map(|key| text(row, key));
+    let mut keys: Vec<[String; 3]> = Vec::new();
+    rows.iter().map(key).for_each(|key| {
+        if !keys.contains(&key) {
+            keys.push(key)
+        }
+    });
+    let of = |wanted: &[String; 3]| rows.iter().filter(|row| key(row) == *wanted).collect::<Vec<_>>();
+    // JSON has no infinity: a rollout that was not finite is written as null.
+    let seeds = |rows: &[&Value], key: &str| -> Vec<(u64, f64)> {
+        rows.iter().map(|row| (row["seed"].as_u64().unwrap_or(0), row[key].as_f64().unwrap_or(f64::INFINITY))).collect()
+    };
+    let share = |rows: &[&Value]| -> Vec<(u64, f64)> {
+        let still = |(row, (seed, rollout)): (&&Value, (u64, f64))| (seed, rollout / number(row, "still_rollout"));
+        rows.iter().zip(seeds(rows, "rollout")).map(still).collect()
+    };
+    let against = |[lesson, exam, model]: &[String; 3]| -> Option<Interval> {
+        let base = keys.iter().find(|key| key[0] == *lesson && key[1] == *exam && reference(&key[2]))?;
+        let (mine, base) = (of(&[lesson.clone(), exam.clone(), model.clone()]), seeds(&of(base), "rollout"));
+        let mine = seeds(&mine, "rollout").into_iter().zip(base);
+        (!reference(model)).then(|| Interval::over_seeds(mine.map(|((seed, x), (_, y))| (seed, x - y)))).flatten()
+    };
+    let line = |key: &[String; 3]| {
+        let rows = of(key);
+        let delta = if reference(&key[2]) { "reference".to_owned() } else { Interval::millimetres(against(key)) };
+        let mut cells = key.to_vec();
+        cells.extend([
+            Interval::millimetres(Interval::over_seeds(seeds(&rows, "one_step"))),
+            Interval::millimetres(Interval::over_seeds(seeds(&rows, "rollout"))),
+            Interval::shares(Interval::over_seeds(share(&rows))),
+            delta,
+            rows.iter().map(|row| row["not_finite"].as_u64().unwrap_or(0)).sum::<u64>().to_string(),
+        ]);
+        cells
+    };
+    let labelled = keys.iter().map(|key| (format!("{} / {} / {}", key[0], key[1], key[2]), against(key)));
+    let header = [
+        "learned from",
+        "judged on",
+        "model",
+        "one step [mm]",
+        "rollout [mm]",
+        "÷ still",
+        "Δ reference [mm]",
+        "not finite",
+    ];
+    let fits = rows.iter().filter_map(|row| row["seed"].as_u64()).max().map_or(0, |seed| seed + 1);
+    Grid {
+        title: title.to_owned(),
+        header: header.map(String::from).to_vec(),
+        rows: keys.iter().map(line).collect(),
+        notes: vec![
+            format!(
+                "one step, rollout: root mean square error over particles and episodes that no fit has seen, mean ± 95 % interval over \
+                 {fits} fits; ÷ still: the rollout's over that of a model in which nothing moves"
+            ),
+            format!("rollout error against the reference, paired by seed: {}", verdict(labelled)),
+            "not finite: predictions that were not, of all fits; one such makes the mean unknown".to_owned(),
+        ],
+    }
+}
