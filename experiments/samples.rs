@@ -28,7 +28,7 @@ const MODELS: [Model<'_>; 6] = [
 ];
 const SMALL: [Model<'_>; 2] = [("learned", &["train.network.steps=2"]), ("linear", &["train.picture.steps=2"])];
 /// Minutes of one tool, of which an episode of fifteen steps takes a fortieth.
-const MINUTES: [usize; 4] = [1, 2, 5, 20];
+const MINUTES: [usize; 3] = [1, 5, 20];
 
 fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let paper = size == Size::Paper;

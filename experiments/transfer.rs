@@ -1,14 +1,19 @@
 //! Models fitted to some episodes and judged on others: of another size, material or tool, or after fewer minutes of data.
-use crate::claim::number;
+use crate::claim::{median, number};
+use crate::cpu::cpu_seconds;
 use anyhow::Context;
 use pliant::compare::{Artifacts, ContenderSpec, RUNS, dataset_folder};
 use pliant::config::{self, Fingerprint, fingerprint};
 use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, simulate};
+use pliant::model::WorldModel;
 use pliant::table::{Grid, Interval, verdict};
 use pliant::train::{Split, Tools, evaluate};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
 use std::path::Path;
+
+/// Most episodes of a dataset that its own models are judged on.
+const JUDGED_ON: usize = 48;
 
 /// A model of `configs/model` and changes to it.
 pub(crate) type Model<'a> = (&'a str, &'a [&'a str]);
@@ -42,6 +47,7 @@ impl Lesson {
         let mut split = Split::of(dataset, HELD_OUT);
         let count = count.min(split.train.len());
         split.train.truncate(count);
+        split.held_out.truncate(JUDGED_ON);
         Self { name: name.into(), split, mark: fingerprint(&(&dataset.metadata, count)) }
     }
 
@@ -75,16 +81,29 @@ pub(crate) fn judged(
             let spec: ContenderSpec = serde_json::from_value(seeded(serde_json::to_value(spec)?, seed))?;
             let artifacts = Artifacts::below(Path::new(RUNS));
             let fitted = spec.fit(name, &lesson.split, &lesson.mark, &artifacts, watch)?;
+            let cost = step_cost(fitted.model.as_ref(), &exams[0])?;
             for exam in exams {
                 let told = evaluate(fitted.model.as_ref(), &exam.episodes, &exam.tools)
                     .with_context(|| format!("judging {name} on {}", exam.name))?;
                 rows.push(json!({ "lesson": lesson.name, "exam": exam.name, "model": name, "seed": seed,
                     "one_step": told.one_step, "rollout": told.rollout, "still_rollout": told.still_rollout,
-                    "episodes": told.episodes, "not_finite": told.not_finite }));
+                    "episodes": told.episodes, "not_finite": told.not_finite, "step_seconds": cost }));
             }
         }
     }
     Ok(rows)
+}
+
+/// Time of one thread that predicting a control step takes, the mean over an episode \[s\].
+fn step_cost(model: &dyn WorldModel, exam: &Exam) -> anyhow::Result<f64> {
+    let episode = &exam.episodes[0];
+    let scene = episode.scene(0, &exam.tools[&episode.tool]);
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    alone.install(|| {
+        let clock = cpu_seconds()?;
+        let rollout = model.rollout(&scene, &episode.controls);
+        Ok((cpu_seconds()? - clock) / (rollout.len() - 1) as f64)
+    })
 }
 
 /// The same with every key `seed`, however deep, being `seed`.
@@ -134,6 +153,7 @@ pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> boo
             Interval::millimetres(Interval::over_seeds(seeds(&rows, "rollout"))),
             Interval::shares(Interval::over_seeds(share(&rows))),
             delta,
+            format!("{:.1}", 1e3 * median(rows.iter().map(|row| number(row, "step_seconds")).collect())),
             rows.iter().map(|row| row["not_finite"].as_u64().unwrap_or(0)).sum::<u64>().to_string(),
         ]);
         cells
@@ -147,6 +167,7 @@ pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> boo
         "rollout [mm]",
         "÷ still",
         "Δ reference [mm]",
+        "a step [ms]",
         "not finite",
     ];
     let fits = rows.iter().filter_map(|row| row["seed"].as_u64()).max().map_or(0, |seed| seed + 1);
@@ -160,6 +181,7 @@ pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> boo
                  {fits} fits; ÷ still: the rollout's over that of a model in which nothing moves"
             ),
             format!("rollout error against the reference, paired by seed: {}", verdict(labelled)),
+            "a step: time of one thread to predict a control step, the median over fits".to_owned(),
             "not finite: predictions that were not, of all fits; one such makes the mean unknown".to_owned(),
         ],
     }

@@ -2,7 +2,7 @@
 mod toy;
 use pliant::model::WorldModel;
 use pliant::train::search::SearchSpec;
-use pliant::train::{Identification, IdentifySpec, Split, value};
+use pliant::train::{ConeSpec, Identification, IdentifySpec, Split, value};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -26,6 +26,7 @@ fn build(config: &Value) -> anyhow::Result<Box<dyn WorldModel>> {
 
 fn spec() -> IdentifySpec {
     IdentifySpec {
+        cones: Vec::new(),
         leave_out: Vec::new(),
         constants: [
             ("laws.drag.keep".to_owned(), [0.01, 1.0]),
@@ -151,4 +152,23 @@ fn the_report_says_how_sensitive_the_error_is() {
     }
     let of = |k: usize| report.constants[k].beside[1].unwrap();
     assert!(of(1) > 2.0 * of(2), "the push matters more than the lift: {:?}", report.constants);
+}
+
+#[test]
+fn constants_keep_to_their_cones_and_a_start_outside_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    // The truth itself lies outside: drag is less than twice the lift then, whatever the data say.
+    let cone = ConeSpec { within: "laws.lift.strength".into(), of: vec!["laws.drag.keep".into()], factor: 1e-2 };
+    let factor = f64::from(0.5 * TRUTH[0] / TRUTH[2]);
+    let within = |factor| IdentifySpec { cones: vec![ConeSpec { factor, ..cone.clone() }], ..spec() };
+    let start = config([0.011, 4.0, 9.0]);
+    let (_, report) = run(&within(factor), &start, folder.path(), &Watch::silent()).unwrap();
+    let (drag, lift) = (report.constants["laws.drag.keep"].after, report.constants["laws.lift.strength"].after);
+    assert!(drag <= (1.0 + 1e-6) * factor * lift && drag > 0.9 * factor * lift, "{drag} beside {lift}: the cone binds");
+    assert!(report.train.after < report.train.before);
+    let refused = run(&within(1e-6), &start, folder.path(), &Watch::silent()).unwrap_err().to_string();
+    assert!(refused.contains("laws.lift.strength") && refused.contains("outside"), "{refused}");
+    let unknown = ConeSpec { within: "laws.lift".into(), ..cone };
+    let refused = IdentifySpec { cones: vec![unknown], ..spec() }.build().err().unwrap().to_string();
+    assert!(refused.contains("laws.lift") && refused.contains("laws.push.gain"), "{refused}");
 }

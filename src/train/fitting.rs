@@ -1,7 +1,7 @@
 //! How badly constants fit windows of recorded motion.
 use super::constants::replace;
 use super::matched::Matched;
-use super::search::{Misfit, Slope, Squares, at};
+use super::search::{Cone, Misfit, Slope, Squares, at};
 use super::window::Window;
 use crate::model::{Cost, WorldModel};
 use indexmap::IndexMap;
@@ -16,6 +16,7 @@ pub(super) struct Fitting<'a> {
     pub(super) model: &'a Value,
     pub(super) build: Build<'a>,
     pub(super) constants: &'a IndexMap<String, [f64; 2]>,
+    pub(super) cones: &'a [Cone],
     pub(super) windows: &'a [Window<'a>],
     pub(super) scale: f64,
 }
@@ -93,6 +94,10 @@ impl Fitting<'_> {
 impl Misfit for Fitting<'_> {
     fn bounds(&self) -> Vec<[f64; 2]> {
         self.constants.values().copied().collect()
+    }
+
+    fn cones(&self) -> Vec<Cone> {
+        self.cones.to_vec()
     }
 
     fn cost(&self, point: &[f64]) -> f64 {

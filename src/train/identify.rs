@@ -5,7 +5,7 @@ use super::identification::{BESIDE, Constant, Errors, Identification};
 use super::identify_spec::IdentifySpec;
 use super::journal::Journal;
 use super::matched::{Matched, displacement_scale};
-use super::search::{Found, Search, Start, Tried, place};
+use super::search::{Cone, Found, Search, Start, Tried, place};
 use super::split::Split;
 use super::window::Window;
 use super::windows::Windows;
@@ -25,8 +25,12 @@ use std::time::Instant;
 /// Fits constants to data.
 pub struct Identifier {
     pub(super) spec: IdentifySpec,
+    pub(super) cones: Vec<Cone>,
     pub(super) search: Box<dyn Search>,
 }
+
+/// Random starts that are drawn until one lies in all cones; where none does, the model's own is taken again.
+const DRAWS: usize = 1000;
 
 /// A line of `metrics.jsonl`.
 #[derive(Serialize)]
@@ -68,7 +72,15 @@ impl Identifier {
         let first = build(model)?;
         let mut scenes = windows.iter().chain(&held_out);
         scenes.try_for_each(|w| first.accepts(&w.scene)).context("the model cannot start from the data")?;
-        let fitting = Fitting { model, build, constants: &spec.constants, windows: &windows, scale };
+        let forbidden = self.cones.iter().position(|cone| !cone.holds(&before));
+        if let Some(cone) = forbidden.map(|k| &spec.cones[k]) {
+            let (within, of) = (&cone.within, cone.of.join(", "));
+            anyhow::bail!(
+                "the model's own constants lie outside the cone of {of} within `{within}`; start from others"
+            );
+        }
+        let (constants, cones) = (&spec.constants, &self.cones[..]);
+        let fitting = Fitting { model, build, constants, cones, windows: &windows, scale };
         if self.search.differentiates() {
             fitting.places(&*first)?;
         }
@@ -139,7 +151,11 @@ impl Identifier {
             let mut rng = stream(spec.seed, &[u64::from_le_bytes(*b"starts  "), k as u64]);
             let point = match k {
                 0 => start.clone(),
-                _ => start.iter().map(|_| rng.random()).collect(),
+                _ => {
+                    let mut draw = || start.iter().map(|_| rng.random()).collect::<Vec<f64>>();
+                    // The model's own constants lie in all cones, so that there is some room.
+                    std::iter::repeat_with(&mut draw).take(DRAWS).find(|p| tried.holds(p)).unwrap_or(start.clone())
+                }
             };
             let evaluations = (spec.evaluations - tried.spent().min(spec.evaluations)) / (spec.starts - k);
             let seed = spec.seed.wrapping_add(k as u64);

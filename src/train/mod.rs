@@ -31,7 +31,7 @@ pub use evaluate::{Evaluation, evaluate};
 pub use fit::{Fit, FitSpec};
 pub use identification::{Constant, Errors, Identification};
 pub use identify::Identifier;
-pub use identify_spec::IdentifySpec;
+pub use identify_spec::{ConeSpec, IdentifySpec};
 pub use matched::{Matched, displacement_scale};
 pub use schedule::rate_at;
 pub use split::{Split, Tools};

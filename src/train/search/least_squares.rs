@@ -1,6 +1,6 @@
 //! Convex least squares in the constants themselves, step by step where the prediction is not linear in them.
 use super::place::{at, place};
-use super::quadratic::least_in_box;
+use super::quadratic::least_within;
 use super::{Each, Search, Start, Tried};
 use anyhow::ensure;
 use schemars::JsonSchema;
@@ -28,8 +28,8 @@ impl LeastSquaresSpec {
     }
 }
 
-/// Gauss–Newton on relative changes d of the constants: `min |r + (∂r/∂d) d|² + λ Σₖ Hₖₖ dₖ²` within the bounds, a convex
-/// quadratic program with H the first term's curvature.
+/// Gauss–Newton on relative changes d of the constants: `min |r + (∂r/∂d) d|² + λ Σₖ Hₖₖ dₖ²` within the bounds and cones, a convex
+/// program with H the first term's curvature.
 ///
 /// A prediction that is linear in the constants is solved for at once, λ being zero until a step fails (Levenberg 1944).
 pub struct LeastSquares(LeastSquaresSpec);
@@ -61,11 +61,12 @@ impl Search for LeastSquares {
                 .zip(&bounds)
                 .map(|(c, [low, high])| [(low / c - 1.0).min(0.0), (high / c - 1.0).max(0.0)])
                 .collect();
+            let cones: Vec<_> = tried.cones().iter().map(|cone| cone.rows(&constants)).collect();
             let next = loop {
                 let mut curvature = here.curvature.clone();
                 (0..count).for_each(|k| curvature[k * count + k] *= 1.0 + damping);
                 // What the solver cannot solve, it can with more on the diagonal.
-                let change = match least_in_box(&curvature, &here.slope, &room) {
+                let change = match least_within(&curvature, &here.slope, &room, &cones) {
                     Err(error) if damping > HEAVY => return Err(error),
                     Err(_) => {
                         damping = DAMPED.max(10.0 * damping);

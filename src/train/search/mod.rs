@@ -6,6 +6,7 @@ mod bayesian;
 mod cholesky;
 mod cma;
 mod cma_then_gradient;
+mod cone;
 mod gaussian_process;
 mod gradient;
 mod least_squares;
@@ -17,11 +18,12 @@ mod tried;
 pub use bayesian::{Bayesian, BayesianSpec};
 pub use cma::{Cma, CmaSpec};
 pub use cma_then_gradient::{CmaThenGradient, CmaThenGradientSpec};
+pub use cone::Cone;
 pub use gaussian_process::{GaussianProcess, expected_improvement};
 pub use gradient::{Descent, DescentSpec};
 pub use least_squares::{LeastSquares, LeastSquaresSpec};
 pub use place::{at, place};
-pub use quadratic::least_in_box;
+pub use quadratic::least_within;
 pub use random::{Random, RandomSpec};
 pub use tried::{Found, Slope, Squares, Tried};
 
@@ -29,6 +31,10 @@ pub use tried::{Found, Slope, Squares, Tried};
 pub trait Misfit: Sync {
     /// Lower and upper bound of every constant.
     fn bounds(&self) -> Vec<[f64; 2]>;
+    /// What the constants may be beside each other: outside of any of these nothing is asked.
+    fn cones(&self) -> Vec<Cone> {
+        Vec::new()
+    }
     /// J; not finite where it has no value.
     fn cost(&self, point: &[f64]) -> f64;
     /// J and its derivative, taken back through at most `truncation` control steps; `None` where it has no value.

@@ -1,5 +1,5 @@
 //! What a search has asked for: counted, and remembered so that a stopped search goes on.
-use super::Misfit;
+use super::{Cone, Misfit, at};
 use crate::train::checkpoint::{load, save};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -94,12 +94,23 @@ impl<'a> Tried<'a> {
         self.misfit.bounds()
     }
 
-    /// J, for the price of one; a large number where it has no value.
+    /// What the constants may be beside each other.
+    pub fn cones(&self) -> Vec<Cone> {
+        self.misfit.cones()
+    }
+
+    /// Whether the constants at `point` lie in all cones.
+    pub fn holds(&self, point: &[f64]) -> bool {
+        let constants: Vec<f64> = point.iter().zip(self.bounds()).map(|(u, bounds)| at(*u, bounds)).collect();
+        self.cones().iter().all(|cone| cone.holds(&constants))
+    }
+
+    /// J, for the price of one; a large number where it has no value or a cone forbids it.
     pub fn cost(&self, point: &[f64]) -> f64 {
         let key = key(point);
         let remembered = locked(&self.known).costs.get(&key).copied();
         let value = remembered.unwrap_or_else(|| {
-            let value = self.misfit.cost(point);
+            let value = if self.holds(point) { self.misfit.cost(point) } else { f64::INFINITY };
             if value.is_finite() { value.min(HOPELESS) } else { HOPELESS }
         });
         for of in [&self.known, &self.tried] {
@@ -108,26 +119,30 @@ impl<'a> Tried<'a> {
         value
     }
 
-    /// J and its derivative, for `price`; `None` where it has no value.
+    /// J and its derivative, for `price`; `None` where it has no value or a cone forbids it.
     pub fn slope(&self, point: &[f64], truncation: usize, price: usize) -> Option<Slope> {
         let key = key(point);
         let remembered = locked(&self.known).derived.slopes.get(&key).cloned();
-        let (found, _) = remembered.unwrap_or_else(|| (self.misfit.slope(point, truncation), price));
+        let (found, _) = remembered.unwrap_or_else(|| (self.asked(point, |m| m.slope(point, truncation)), price));
         for of in [&self.known, &self.tried] {
             locked(of).derived.slopes.insert(key.clone(), (found.clone(), price));
         }
         found
     }
 
-    /// J as a sum of squares, for `price`; `None` where it has no value.
+    /// J as a sum of squares, for `price`; `None` likewise.
     pub fn squares(&self, point: &[f64], price: usize) -> Option<Squares> {
         let key = key(point);
         let remembered = locked(&self.known).derived.squares.get(&key).cloned();
-        let (found, _) = remembered.unwrap_or_else(|| (self.misfit.squares(point), price));
+        let (found, _) = remembered.unwrap_or_else(|| (self.asked(point, |m| m.squares(point)), price));
         for of in [&self.known, &self.tried] {
             locked(of).derived.squares.insert(key.clone(), (found.clone(), price));
         }
         found
+    }
+
+    fn asked<T>(&self, point: &[f64], of: impl FnOnce(&dyn Misfit) -> Option<T>) -> Option<T> {
+        if self.holds(point) { of(self.misfit) } else { None }
     }
 
     /// What was asked so far, a cost counting one.
