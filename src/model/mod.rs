@@ -20,7 +20,7 @@ mod unet;
 mod world_model;
 
 pub use dynamics::{Adjoint, Dynamics};
-pub use latent::LatentSpec;
+pub use latent::{CloudSpec, LatentSpec, TopSpec, ViewSpec};
 pub use linear::LinearSpec;
 pub use oracle::{Oracle, OracleSpec};
 pub use unet::UNetSpec;

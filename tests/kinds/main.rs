@@ -64,7 +64,7 @@ fn a_shift_along_the_table_by_whole_blocks_of_cells_shifts_the_prediction() {
     // A convolution feels the picture's edge, from far away a little; four cells are one of the coarsest.
     let wide = PICTURE.replace("rows = 16, columns = 20", "rows = 48, columns = 48");
     let unet = read("kind = \"unet\"\nwidth = 4\ndepth = 2\nseed = 1", &wide);
-    let [(_, linear), _, (_, latent)] = specs();
+    let [(_, linear), _, (_, latent), _] = specs();
     for (name, spec, bound) in [("linear", linear, 1e-4), ("latent", latent, 1e-4), ("unet", unet, 2e-2)] {
         let model = shaken(&spec);
         let shift = DVec3::new(4.0 * CELL, -4.0 * CELL, 0.0) / if name == "linear" { 4.0 } else { 1.0 };
@@ -97,7 +97,7 @@ fn displacements_by_two_parts_add_up_in_the_linear_model_and_not_in_the_unet() {
         let rows = (0..COUNT).map(|i| (both[i] + none[i] - one[i] - other[i]).length() / both[i].length());
         rows.fold(0.0, f64::max)
     };
-    let [(_, linear), (_, unet), _] = specs();
+    let [(_, linear), (_, unet), ..] = specs();
     assert!(excess(&linear) < 1e-4, "{}", excess(&linear));
     assert!(excess(&unet) > 1e-2, "{}", excess(&unet));
 }
@@ -123,7 +123,8 @@ fn nothing_to_move_no_tool_and_a_tool_nowhere_are_each_what_they_are() {
 fn weights_survive_the_disk_and_another_architecture_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (scene, controls, _) = lump();
-    let asked = ["a filter 7 cells wide", "a U-Net of 7 channels", "networks of width 7"];
+    let asked =
+        ["a filter 7 cells wide", "a U-Net of 7 channels", "networks of width 7", "width 7 for pictures of 320"];
     for ((name, spec), asked) in specs().into_iter().zip(asked) {
         let path = folder.path().join("w.safetensors");
         let model = shaken(&spec);
@@ -154,6 +155,11 @@ fn impossible_configs_are_sentences() {
         ("kind = \"linear\"\nwidth = 3\n", &PICTURE.replace("reach = 0.02", "reach = -1.0"), "picture.reach"),
         ("kind = \"linear\"\nwidth = 3\n", &PICTURE.replace("levels = 3", "levels = 1"), "grid.levels"),
         ("kind = \"linear\"\nwidth = 63\n", &PICTURE.replace("16, columns = 20", "999, columns = 999"), "too large"),
+        (
+            "kind = \"latent\"\ncode = 3\nwidth = 1024\nextent = 1.0\nscale = 1.0\nseed = 1\n",
+            "[view]\nkind = \"picture\"\ntop = 0.01\ngrid = { cell = 0.01, rows = 999, columns = 999, height = 0.1, levels = 3 }",
+            "too large",
+        ),
         (
             "kind = \"unet\"\nwidth = 256\ndepth = 2\nseed = 1\n",
             &PICTURE.replace("16, columns = 20", "512, columns = 512"),

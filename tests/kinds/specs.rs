@@ -11,11 +11,14 @@ pub(crate) fn read(head: &str, picture: &str) -> ModelSpec {
 }
 
 /// Untrained.
-pub(crate) fn specs() -> [(&'static str, ModelSpec); 3] {
+pub(crate) fn specs() -> [(&'static str, ModelSpec); 4] {
+    let latent = "kind = \"latent\"\ncode = 6\nwidth = 12\nextent = 0.04\nscale = 0.004\nseed = 1";
+    let view = PICTURE.replace("[picture]", "[view]\nkind = \"picture\"").replace("reach = 0.02\nscale = 0.004\n", "");
     [
         ("linear", read("kind = \"linear\"\nwidth = 5", PICTURE)),
         ("unet", read("kind = \"unet\"\nwidth = 4\ndepth = 2\nseed = 1", PICTURE)),
-        ("latent", read("kind = \"latent\"\ncode = 6\nwidth = 12\nextent = 0.04\nscale = 0.004\nseed = 1", "")),
+        ("latent", read(latent, "")),
+        ("latent_picture", read(latent, &view)),
     ]
 }
 

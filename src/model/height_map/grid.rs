@@ -27,7 +27,7 @@ pub struct GridSpec {
 }
 
 impl GridSpec {
-    pub(super) fn check(&self) -> anyhow::Result<()> {
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
         for (key, value) in [("cell", self.cell), ("height", self.height)] {
             ensure!(value > 0.0 && value.is_finite(), "grid.{key} must be a positive length, got {value}");
         }
@@ -73,7 +73,7 @@ impl GridSpec {
 
     /// The eight corners around `point` that a field is interpolated from, linearly along each axis: (cell · levels + level, weight,
     /// the weight's derivative). Beyond the picture the field is zero, above the highest level as on it.
-    pub(super) fn corners(&self, point: DVec3) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+    fn corners(&self, point: DVec3) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
         let place = (point.truncate() - self.origin()) / self.cell;
         let per_level = (self.levels - 1) as f64 / self.height;
         let free = (0.0..=self.height).contains(&point.z);
@@ -93,4 +93,27 @@ impl GridSpec {
             inside.then_some((cell * self.levels + at[2] as usize, x * y * z, derivative))
         })
     }
+
+    /// The vector of a field (cells · levels, 3) at `point`.
+    pub(crate) fn read(&self, field: &[f32], point: DVec3) -> DVec3 {
+        self.corners(point).map(|(place, weight, _)| weight * vector(field, place)).sum()
+    }
+
+    /// Adds `∂J/∂field` from `∂J/∂vector` at `point`.
+    pub(crate) fn spread(&self, at_field: &mut [f32], point: DVec3, at: DVec3) {
+        for (place, weight, _) in self.corners(point) {
+            let own = &mut at_field[3 * place..][..3];
+            own.iter_mut().zip((weight * at).as_vec3().to_array()).for_each(|(g, w)| *g += w);
+        }
+    }
+
+    /// `∂J/∂point` from `∂J/∂vector` at `point`.
+    pub(crate) fn slope(&self, field: &[f32], point: DVec3, at: DVec3) -> DVec3 {
+        self.corners(point).map(|(place, _, derivative)| vector(field, place).dot(at) * derivative).sum()
+    }
+}
+
+/// What a field says at a cell and level.
+fn vector(field: &[f32], place: usize) -> DVec3 {
+    glam::Vec3::from_slice(&field[3 * place..]).as_dvec3()
 }

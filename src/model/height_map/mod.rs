@@ -18,7 +18,6 @@ use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 use tool_view::{NUMBERS, ToolView};
-use top::Top;
 
 mod grid;
 mod spec;
@@ -27,6 +26,7 @@ mod top;
 
 pub use grid::GridSpec;
 pub use spec::PictureSpec;
+pub(crate) use top::Top;
 
 /// A model whose network maps the picture to the field of displacements.
 pub(crate) struct HeightMapModel<N> {
@@ -72,17 +72,6 @@ impl<N: Layers + Trainable> HeightMapModel<N> {
         tool.draw(&mut picture, stride);
         Sighting { top, tool, picture }
     }
-
-    /// The displacement at `point` \[m\].
-    fn displacement(&self, field: &[f32], point: DVec3) -> DVec3 {
-        let corners = self.picture.grid.corners(point);
-        self.picture.scale * corners.map(|(place, weight, _)| weight * vector(field, place)).sum::<DVec3>()
-    }
-}
-
-/// The displacement that the network tells at a cell and level, in units of the scale.
-fn vector(field: &[f32], place: usize) -> DVec3 {
-    glam::Vec3::from_slice(&field[3 * place..]).as_dvec3()
 }
 
 impl<N: Layers + Trainable + Send + Sync> Dynamics for HeightMapModel<N> {
@@ -100,9 +89,11 @@ impl<N: Layers + Trainable + Send + Sync> Dynamics for HeightMapModel<N> {
     fn step(&self, state: &HeightMapState, control: &Control) -> HeightMapState {
         let twists = Self::twists(state, control);
         let field = forward(&self.network, vec![(self.look(state, control, &twists).picture, self.picture.inputs())]);
-        let moves: Vec<DVec3> = state.particles.positions.iter().map(|x| self.displacement(&field, *x)).collect();
+        let PictureSpec { grid, scale, .. } = &self.picture;
+        let positions = &state.particles.positions;
+        let moves: Vec<DVec3> = positions.iter().map(|x| *scale * grid.read(&field, *x)).collect();
         let particles = Particles {
-            positions: state.particles.positions.iter().zip(&moves).map(|(x, d)| *x + *d).collect(),
+            positions: positions.iter().zip(&moves).map(|(x, d)| *x + *d).collect(),
             velocities: moves.iter().map(|d| *d / state.interval).collect(),
         };
         HeightMapState { particles, poses: control.poses.clone(), ..state.clone() }
@@ -147,19 +138,14 @@ impl<N: Layers + Trainable + Send + Sync> Adjoint<HeightMapState> for HeightMapM
         let at_moves: Vec<DVec3> = rows.map(|(x, v)| *scale * (*x + *v / state.interval)).collect();
         let mut at_field = vec![0.0_f32; grid.size().cells() * self.picture.outputs()];
         for (x, at_move) in positions.iter().zip(&at_moves) {
-            for (place, weight, _) in grid.corners(*x) {
-                let own = &mut at_field[3 * place..][..3];
-                own.iter_mut().zip((weight * *at_move).as_vec3().to_array()).for_each(|(g, w)| *g += w);
-            }
+            grid.spread(&mut at_field, *x, *at_move);
         }
         let inputs = vec![(sighting.picture, stride)];
         let (field, mut at_inputs) = pull(&self.network, inputs, &at_field, weights);
         let at_picture = at_inputs.swap_remove(0);
         let mut back = ParticlesGrad { velocities: vec![DVec3::ZERO; positions.len()], positions: at.positions };
         for ((x, at_move), back) in positions.iter().zip(&at_moves).zip(&mut back.positions) {
-            for (place, _, derivative) in grid.corners(*x) {
-                *back += vector(&field, place).dot(*at_move) * derivative;
-            }
+            *back += grid.slope(&field, *x, *at_move);
         }
         let at_top: Vec<f64> = at_picture.chunks_exact(stride).map(|row| f64::from(row[0]) / grid.height).collect();
         sighting.top.pull(grid, positions, &at_top, &mut back.positions);

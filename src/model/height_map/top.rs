@@ -3,16 +3,16 @@ use super::GridSpec;
 use glam::{DVec2, DVec3};
 
 /// `h_c = max(0, maxᵢ zᵢ k(|c − xᵢ|/ρ))` \[m\] with `k(s) = (1 − s⁴)²` up to s = 1: flat over a particle, continuous where it ends.
-pub(super) struct Top {
+pub(crate) struct Top {
     /// h of each cell.
-    pub(super) heights: Vec<f64>,
+    pub(crate) heights: Vec<f64>,
     /// The particle that is highest over each cell.
     highest: Vec<Option<u32>>,
     radius: f64,
 }
 
 impl Top {
-    pub(super) fn of(grid: &GridSpec, radius: f64, positions: &[DVec3]) -> Self {
+    pub(crate) fn of(grid: &GridSpec, radius: f64, positions: &[DVec3]) -> Self {
         let cells = grid.size().cells();
         let mut top = Self { heights: vec![0.0; cells], highest: vec![None; cells], radius };
         for (i, x) in positions.iter().enumerate() {
@@ -35,7 +35,7 @@ impl Top {
     }
 
     /// Adds `∂J/∂positions` from `∂J/∂h`.
-    pub(super) fn pull(&self, grid: &GridSpec, positions: &[DVec3], at: &[f64], out: &mut [DVec3]) {
+    pub(crate) fn pull(&self, grid: &GridSpec, positions: &[DVec3], at: &[f64], out: &mut [DVec3]) {
         for ((middle, highest), at) in grid.middles().zip(&self.highest).zip(at) {
             let Some(i) = highest.map(|i| i as usize) else { continue };
             let (bump, slope) = self.bump(positions[i].truncate() - middle);

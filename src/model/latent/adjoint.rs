@@ -1,16 +1,15 @@
 //! The adjoint of a latent model.
-use super::{LatentModel, LatentState, rows};
+use super::{LatentModel, LatentState};
 use crate::model::Adjoint;
 use crate::model::cotangent::StateGrad;
 use crate::model::net::pull;
 use crate::state::{Control, ControlGrad, ParticlesGrad, SceneGrad};
 use glam::{DVec2, DVec3};
 
-/// `∂J/∂state`, flat as `[particles and poses | code | points 3N | base 3N | first positions 3N | middle 2]`.
+/// `∂J/∂state`, flat as `[particles and poses | code | base 3N | first positions 3N | middle 2]`.
 struct LatentGrad {
     state: StateGrad,
     code: Vec<f64>,
-    points: Vec<f64>,
     base: Vec<f64>,
     first: Vec<DVec3>,
     middle: DVec2,
@@ -21,13 +20,11 @@ impl LatentGrad {
         let count = state.particles.len();
         let (own, rest) = flat.split_at(6 * (count + state.poses.len()));
         let (code, rest) = rest.split_at(state.code.len());
-        let (points, rest) = rest.split_at(3 * count);
         let (base, rest) = rest.split_at(3 * count);
         let (first, middle) = rest.split_at(3 * count);
         Self {
             state: StateGrad::read(own, count, 0),
             code: code.to_vec(),
-            points: points.to_vec(),
             base: base.to_vec(),
             first: first.chunks_exact(3).map(DVec3::from_slice).collect(),
             middle: DVec2::from_slice(middle),
@@ -36,7 +33,7 @@ impl LatentGrad {
 
     fn flat(&self) -> Vec<f64> {
         let first = self.first.iter().flat_map(|x| x.to_array());
-        let rest = self.code.iter().chain(&self.points).chain(&self.base).copied().chain(first);
+        let rest = self.code.iter().chain(&self.base).copied().chain(first);
         self.state.flat().into_iter().chain(rest).chain(self.middle.to_array()).collect()
     }
 }
@@ -50,13 +47,11 @@ fn single(numbers: &[f64]) -> Vec<f32> {
 }
 
 impl LatentModel {
-    /// Pulls `∂J/∂decoded` back to the code and the points.
+    /// Pulls `∂J/∂decoded` back to the code and the first positions.
     fn decoder_vjp(&self, state: &LatentState, code: &[f32], at: &[f32], grad: &mut LatentGrad, weights: &mut [f32]) {
-        let start = &state.start;
-        let inputs = vec![(code.to_vec(), code.len()), (start.points.clone(), 3)];
-        let (_, pulled) = pull(&self.decoder(&start.copies), inputs, at, weights);
-        add(&mut grad.code, &pulled[0]);
-        add(&mut grad.points, &pulled[1]);
+        let (at_code, at_first) = self.view.decoded_vjp(&self.net, &state.start, code, at, weights);
+        add(&mut grad.code, &at_code);
+        grad.first.iter_mut().zip(at_first).for_each(|(sum, at)| *sum += at);
     }
 }
 
@@ -100,12 +95,10 @@ impl Adjoint<LatentState> for LatentModel {
             positions: order.gather(&particles.positions),
             velocities: order.gather(&particles.velocities),
         };
-        let zero = vec![0.0; 3 * count];
         let grad = LatentGrad {
             state: StateGrad::of(particles, 0, state.poses.len()),
             code: vec![0.0; state.code.len()],
-            points: zero.clone(),
-            base: zero,
+            base: vec![0.0; 3 * count],
             first: vec![DVec3::ZERO; count],
             middle: DVec2::ZERO,
         };
@@ -117,15 +110,12 @@ impl Adjoint<LatentState> for LatentModel {
         let count = grad.first.len();
         let at_base = single(&grad.base);
         self.decoder_vjp(start, &start.code, &at_base, &mut grad, weights);
-        let points = vec![(start.start.points.clone(), 3)];
-        let (_, pulled) = pull(&self.encoder(count), points, &single(&grad.code), weights);
-        add(&mut grad.points, &pulled[0]);
-        let at_points: Vec<DVec3> = rows(&single(&grad.points)).map(|g| g / self.extent).collect();
-        let at_middle = grad.middle - at_points.iter().map(|g| g.truncate()).sum::<DVec2>();
-        let share = (at_middle / count.max(1) as f64).extend(0.0);
+        let at_code = single(&grad.code);
+        let at_seen = self.view.encoded_vjp(&self.net, &start.start, &at_code, weights);
+        let share = (grad.middle / count.max(1) as f64).extend(0.0);
         let ParticlesGrad { positions, velocities } = &grad.state.particles;
-        let at = positions.iter().zip(&grad.first).zip(&at_points);
-        let positions: Vec<DVec3> = at.map(|((x, first), point)| *x + *first + *point + share).collect();
+        let at = positions.iter().zip(&grad.first).zip(&at_seen);
+        let positions: Vec<DVec3> = at.map(|((x, first), seen)| *x + *first + *seen + share).collect();
         let order = &start.start.order;
         let particles = ParticlesGrad { positions: order.scatter(&positions), velocities: order.scatter(velocities) };
         SceneGrad { particles, poses: grad.state.poses }

@@ -1,14 +1,14 @@
 //! A model that knows a scene by one vector: a code of fixed length, moved on by the tool, and decoded to displacements.
 //!
 //! ```text
-//! z₀ = encoder(x₀)                              particles around their middle
+//! z₀ = encoder(x₀)                              particles around their middle, or their height map
 //! z ← z + network([z, the tool's samples])
 //! x = x₀ + scale · (decoder(z, x₀) − decoder(z₀, x₀)),  v = (x − the x before)/T
 //! ```
 //!
-//! A decoder that folds the particles of the start keeps each the same particle, has as many as the scene, and at the start nothing
-//! has moved. Walls and velocities are not seen.
-use super::net::{Advance, Decode, Encode, LatentArchitecture, LatentNet, Mixing, Trainable, forward};
+//! A decoder that folds the particles of the start, or carries them with a field, keeps each the same particle, has as many as the
+//! scene, and at the start nothing has moved. Walls and velocities are not seen.
+use super::net::{Advance, LatentArchitecture, LatentNet, Mixing, Trainable, forward};
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, Order, Particles, Pose, Scene, ToolShape};
 use anyhow::ensure;
@@ -20,6 +20,13 @@ use std::sync::Arc;
 
 mod adjoint;
 mod samples;
+mod view;
+
+use view::View;
+pub use view::{CloudSpec, TopSpec, ViewSpec};
+
+/// Most weights that a picture may take.
+const LARGEST: usize = 1 << 26;
 
 /// Config of the latent model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,6 +44,9 @@ pub struct LatentSpec {
     /// Displacement in a control step that counts as one, for the tool's; what is decoded counts in it, too \[m\].
     #[schemars(range(min = 1e-9))]
     pub scale: f64,
+    /// What it sees and tells: particles, or pictures.
+    #[serde(default, skip_serializing_if = "ViewSpec::is_default")]
+    pub view: ViewSpec,
     /// Seed of the untrained weights.
     pub seed: u64,
     /// File of trained weights (safetensors).
@@ -51,15 +61,20 @@ impl LatentSpec {
         for (key, value) in [("extent", self.extent), ("scale", self.scale)] {
             ensure!(value > 0.0 && value.is_finite(), "{key} must be a positive length, got {value}");
         }
-        let net = LatentNet::new(LatentArchitecture { width: self.width, code: self.code }, self.seed);
+        let view = self.view.build()?;
+        let (width, code, picture) = (self.width, self.code, view.picture());
+        let told = picture.map_or(0, |size| size.seen + size.told);
+        ensure!(width * told <= LARGEST, "a width of {width} is too large for such a picture; lower it or the grid");
+        let net = LatentNet::new(LatentArchitecture { width, code, picture }, self.seed);
         let net = net.loaded(self.weights.as_deref())?;
-        Ok(LatentModel { net, extent: self.extent, scale: self.scale })
+        Ok(LatentModel { net, view, extent: self.extent, scale: self.scale })
     }
 }
 
 /// Encoder, dynamics of the code, and decoder.
 pub(crate) struct LatentModel {
     net: LatentNet,
+    view: Box<dyn View>,
     extent: f64,
     scale: f64,
 }
@@ -76,11 +91,13 @@ pub(crate) struct LatentState {
 
 /// What stays the same over a rollout, particles in canonical order.
 #[derive(Debug)]
-struct Start {
+pub struct Start {
     order: Order,
     positions: Vec<DVec3>,
     /// Their middle on the table.
     middle: DVec2,
+    /// Length that counts as one \[m\].
+    extent: f64,
     /// Places around it in units of the extent, (N, 3).
     points: Vec<f32>,
     /// What the first code decodes to, (N, 3).
@@ -93,14 +110,6 @@ struct Start {
 }
 
 impl LatentModel {
-    fn encoder(&self, count: usize) -> Encode<'_> {
-        Encode { net: &self.net, mean: Arc::new(Mixing::mean(count)) }
-    }
-
-    fn decoder(&self, copies: &Arc<Mixing>) -> Decode<'_> {
-        Decode { net: &self.net, copies: Arc::clone(copies) }
-    }
-
     fn advance(&self, state: &LatentState, control: &Control) -> Vec<f32> {
         let inputs = vec![(state.code.clone(), state.code.len()), self.samples(state, control)];
         forward(&self.next(state), inputs)
@@ -108,10 +117,6 @@ impl LatentModel {
 
     fn next(&self, state: &LatentState) -> Advance<'_> {
         Advance { net: &self.net, mean: Arc::clone(&state.start.mean) }
-    }
-
-    fn decoded(&self, start: &Start, code: &[f32]) -> Vec<f32> {
-        forward(&self.decoder(&start.copies), vec![(code.to_vec(), code.len()), (start.points.clone(), 3)])
     }
 }
 
@@ -134,12 +139,12 @@ impl Dynamics for LatentModel {
         let middle = positions.iter().map(|x| x.truncate()).sum::<DVec2>() / count.max(1) as f64;
         let place = |x: &DVec3| ((*x - middle.extend(0.0)) / self.extent).as_vec3().to_array();
         let points: Vec<f32> = positions.iter().flat_map(place).collect();
-        let code = forward(&self.encoder(count), vec![(points.clone(), 3)]);
         let samples = scene.tool.parts.iter().map(|part| part.surface.len()).sum();
         let mut start = Start {
             order,
             positions: positions.clone(),
             middle,
+            extent: self.extent,
             points,
             base: Vec::new(),
             copies: Arc::new(Mixing::copies(count)),
@@ -147,14 +152,15 @@ impl Dynamics for LatentModel {
             tool: Arc::clone(&scene.tool),
             interval: scene.interval,
         };
-        start.base = self.decoded(&start, &code);
+        let code = self.view.encoded(&self.net, &start);
+        start.base = self.view.decoded(&self.net, &start, &code);
         let particles = Particles { positions, velocities };
         LatentState { start: Arc::new(start), code, particles, poses: scene.poses.clone() }
     }
 
     fn step(&self, state: &LatentState, control: &Control) -> LatentState {
         let (start, code) = (&state.start, self.advance(state, control));
-        let decoded = self.decoded(start, &code);
+        let decoded = self.view.decoded(&self.net, start, &code);
         let moved = rows(&decoded).zip(rows(&start.base)).zip(&start.positions);
         let positions: Vec<DVec3> = moved.map(|((d, base), x)| *x + self.scale * (d - base)).collect();
         let before = &state.particles.positions;

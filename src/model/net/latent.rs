@@ -1,4 +1,4 @@
-//! The networks of a latent model: clouds to a code, a code and a tool to the next code, a code to displacements.
+//! The networks of a latent model: clouds or pictures to a code, a code and a tool to the next code, a code to displacements.
 use super::dense::{Finish, dense};
 use super::layers::{Layers, Trainable};
 use super::mixing::{Mixing, mix};
@@ -21,6 +21,16 @@ pub(crate) struct LatentArchitecture {
     pub(crate) width: usize,
     /// Length of the code.
     pub(crate) code: usize,
+    /// Of a model that sees and tells pictures, how large these are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) picture: Option<PictureSize>,
+}
+
+/// Numbers of a picture that is seen, and of the field that is told of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PictureSize {
+    pub(crate) seen: usize,
+    pub(crate) told: usize,
 }
 
 /// Places of three layers' weights and biases.
@@ -28,10 +38,10 @@ type Three = [(usize, usize); 3];
 
 /// Weights of the four networks.
 #[derive(Clone, Debug)]
-pub(crate) struct LatentNet {
+pub struct LatentNet {
     architecture: LatentArchitecture,
     parameters: Parameters,
-    point: Perceptron,
+    point: Option<Perceptron>,
     cloud: Perceptron,
     sample: Perceptron,
     next: Three,
@@ -40,10 +50,11 @@ pub(crate) struct LatentNet {
 
 impl LatentNet {
     pub(crate) fn new(architecture: LatentArchitecture, seed: u64) -> Self {
-        let LatentArchitecture { width, code } = architecture;
+        let LatentArchitecture { width, code, picture } = architecture;
         let mut slots = Slots::default();
-        let point = slots.perceptron("point", POINT, width, width, 1.0);
-        let cloud = slots.perceptron("cloud", width, width, code, 1.0);
+        // A picture is seen whole, a cloud point by point.
+        let point = picture.is_none().then(|| slots.perceptron("point", POINT, width, width, 1.0));
+        let cloud = slots.perceptron("cloud", picture.map_or(width, |size| size.seen), width, code, 1.0);
         let sample = slots.perceptron("sample", SAMPLE, width, width, 1.0);
         let mut three = |name: &str, inputs: usize, outputs: usize, last: f64| {
             [
@@ -52,7 +63,8 @@ impl LatentNet {
                 slots.layer(&format!("{name}.last"), width, outputs, last * ACTIVE_GAIN),
             ]
         };
-        let (next, decoder) = (three("next", code + width, code, 0.1), three("decoder", code + POINT, 3, 0.0));
+        let (inputs, outputs) = picture.map_or((code + POINT, 3), |size| (code, size.told));
+        let (next, decoder) = (three("next", code + width, code, 0.1), three("decoder", inputs, outputs, 0.0));
         Self { architecture, parameters: Parameters::new(slots, seed), point, cloud, sample, next, decoder }
     }
 
@@ -64,17 +76,20 @@ impl LatentNet {
         dense(record, rows, &[(&inner, weight, 0)], Some(bias), Finish::Linear)
     }
 
-    /// Of two inputs side by side.
+    /// Of inputs side by side.
     fn three<T: Tape<f32, Cpu>>(
         &self,
         record: &mut Record<T>,
-        [a, b]: [&Matrix; 2],
+        inputs: &[&Matrix],
         layers: &Three,
         finish: Finish<'_>,
     ) -> Matrix {
-        let rows = a.shape().0;
+        let rows = inputs[0].shape().0;
         let (weight, bias) = self.parameters.layer(layers[0]);
-        let terms = [(a, weight, 0), (b, weight, a.shape().1)];
+        let mut column = 0;
+        let beside = |x: &&'_ Matrix| (column, column += x.shape().1).0;
+        let columns: Vec<usize> = inputs.iter().map(beside).collect();
+        let terms: Vec<_> = inputs.iter().zip(columns).map(|(x, column)| (*x, weight, column)).collect();
         let first = dense(record, rows, &terms, Some(bias), Finish::Squareplus);
         let (weight, bias) = self.parameters.layer(layers[1]);
         let hidden = dense(record, rows, &[(&first, weight, 0)], Some(bias), Finish::Squareplus);
@@ -89,13 +104,29 @@ pub(crate) struct Encode<'a> {
     pub(crate) mean: Arc<Mixing>,
 }
 
+/// `z = MLP(h)`: a picture as one row → (1, code).
+pub(crate) struct EncodePicture<'a> {
+    pub(crate) net: &'a LatentNet,
+}
+
+impl Layers for EncodePicture<'_> {
+    fn owner(&self) -> &Parameters {
+        &self.net.parameters
+    }
+
+    fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
+        self.net.two(record, &inputs[0], &self.net.cloud)
+    }
+}
+
 impl Layers for Encode<'_> {
     fn owner(&self) -> &Parameters {
         &self.net.parameters
     }
 
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
-        let each = self.net.two(record, &inputs[0], &self.net.point);
+        let point = self.net.point.as_ref().expect("a model that sees clouds has a network of points");
+        let each = self.net.two(record, &inputs[0], point);
         let mean = mix(record, &each, &self.mean, 1);
         self.net.two(record, &mean, &self.net.cloud)
     }
@@ -116,7 +147,7 @@ impl Layers for Advance<'_> {
         let (code, samples) = (&inputs[0], &inputs[1]);
         let each = self.net.two(record, samples, &self.net.sample);
         let action = mix(record, &each, &self.mean, 1);
-        self.net.three(record, [code, &action], &self.net.next, Finish::Onto(code))
+        self.net.three(record, &[code, &action], &self.net.next, Finish::Onto(code))
     }
 }
 
@@ -133,7 +164,22 @@ impl Layers for Decode<'_> {
 
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
         let codes = mix(record, &inputs[0], &self.copies, 1);
-        self.net.three(record, [&codes, &inputs[1]], &self.net.decoder, Finish::Linear)
+        self.net.three(record, &[&codes, &inputs[1]], &self.net.decoder, Finish::Linear)
+    }
+}
+
+/// `field = MLP(z)`: (1, code) → a field as one row.
+pub(crate) struct DecodePicture<'a> {
+    pub(crate) net: &'a LatentNet,
+}
+
+impl Layers for DecodePicture<'_> {
+    fn owner(&self) -> &Parameters {
+        &self.net.parameters
+    }
+
+    fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
+        self.net.three(record, &[&inputs[0]], &self.net.decoder, Finish::Linear)
     }
 }
 
@@ -155,6 +201,7 @@ impl Trainable for LatentNet {
 
 impl fmt::Display for LatentArchitecture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a code of {} numbers and networks of width {}", self.code, self.width)
+        write!(f, "a code of {} numbers and networks of width {}", self.code, self.width)?;
+        self.picture.map_or(Ok(()), |size| write!(f, " for pictures of {} numbers", size.seen))
     }
 }

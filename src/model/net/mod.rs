@@ -38,7 +38,9 @@ pub use architecture::{Architecture, Sharing};
 pub(crate) use features::Features;
 pub(crate) use filter::{Filter, FilterArchitecture};
 pub use input::{Edges, EdgesGrad, Input, InputGrad, Links};
-pub(crate) use latent::{Advance, Decode, Encode, LatentArchitecture, LatentNet, SAMPLE};
+pub(crate) use latent::{
+    Advance, Decode, DecodePicture, Encode, EncodePicture, LatentArchitecture, LatentNet, PictureSize, SAMPLE,
+};
 pub(crate) use layers::{Layers, Trainable, forward, pull};
 pub(crate) use mixing::Mixing;
 pub(crate) use multilayer_perceptron::Stack;
