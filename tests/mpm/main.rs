@@ -1,6 +1,6 @@
 //! The material point method: what it must conserve, how its dough behaves, and its gradients.
 use glam::DVec3;
-use pliant::model::mpm::{MpmModel, MpmSpec, SurfaceSpec};
+use pliant::model::mpm::{MpmModel, MpmSpec, Precision, SurfaceSpec};
 use pliant::model::{Dynamics, ModelSpec, WorldModel};
 use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, ToolShape};
 use rand::SeedableRng;
@@ -15,6 +15,7 @@ mod direction;
 mod dough;
 mod gradient;
 mod motion;
+mod precision;
 #[path = "../gradient/problem.rs"]
 mod problem;
 mod spec;
@@ -47,6 +48,7 @@ fn elastic() -> MpmSpec {
         table: SurfaceSpec::Coulomb { friction: 0.3 },
         tool: SurfaceSpec::Coulomb { friction: 0.2 },
         softness: 0.001,
+        precision: Precision::Double,
     }
 }
 

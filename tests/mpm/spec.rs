@@ -14,6 +14,11 @@ fn impossible_values_are_sentences_that_name_the_key() {
     let text = toml_edit::ser::to_string(&ModelSpec::Mpm(shipped())).unwrap();
     assert_eq!(toml_edit::de::from_str::<ModelSpec>(&text).unwrap(), ModelSpec::Mpm(shipped()));
     assert!(toml_edit::de::from_str::<ModelSpec>(&text.replace("courant", "courante")).is_err());
+    assert!(!text.contains("precision"), "what is double may say so, and is the same config when it does not");
+    let single = ModelSpec::Mpm(MpmSpec { precision: Precision::Single, ..shipped() });
+    let text = toml_edit::ser::to_string(&single).unwrap();
+    assert_eq!(toml_edit::de::from_str::<ModelSpec>(&text).unwrap(), single);
+    assert!(toml_edit::de::from_str::<ModelSpec>(&text.replace("single", "half")).is_err());
 }
 
 #[test]

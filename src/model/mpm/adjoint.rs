@@ -1,7 +1,8 @@
 //! The adjoint of one control step, substep by substep backwards.
 use super::contact::PartsGrad;
-use super::grid::{Affine, Grid, extend, split};
+use super::grid::{Affine, Grid, extend, place, split};
 use super::interval::{Interval, Met, Node, Tape};
+use super::real::{Matrix, Real, Vector};
 use super::state::StateGrad;
 use super::{MpmModel, MpmState, Points};
 use crate::model::Adjoint;
@@ -9,26 +10,43 @@ use crate::state::{Control, ControlGrad, ParticlesGrad, PoseGrad, SceneGrad, Twi
 use glam::{DMat3, DVec3};
 
 /// What flows backwards through an interval.
-struct Backward<'a> {
-    interval: &'a Interval<'a>,
-    points: Points,
+pub(super) struct Backward<'a, R: Real> {
+    interval: &'a Interval<'a, R>,
+    points: Points<R>,
     /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
     from: Vec<PoseGrad>,
     to: Vec<PoseGrad>,
     /// Velocities of the nodes that particles took theirs from, and `∂J/∂` of the nodes.
-    grid: Grid,
-    by_grid: Grid,
+    grid: Grid<R>,
+    by_grid: Grid<R>,
 }
 
-impl Backward<'_> {
+impl<'a, R: Real> Backward<'a, R> {
+    /// What is known at the end of an interval.
+    pub(super) fn new(interval: &'a Interval<'a, R>, StateGrad { points, poses: to }: StateGrad) -> Self {
+        let from = vec![PoseGrad::default(); to.len()];
+        let [grid, by_grid] = [(); 2].map(|()| Grid::new(interval.model.cell));
+        Self { interval, points: Points::of(&points), from, to, grid, by_grid }
+    }
+
+    /// Pulls back to the start.
+    pub(super) fn pull(mut self, tape: &Tape<R>) -> (StateGrad, ControlGrad) {
+        let count = self.points.positions.len();
+        // What was blown apart has nothing more to say.
+        for k in (0..tape.met.spans.len()).rev() {
+            self.substep(k, k * count, tape);
+        }
+        (StateGrad { points: self.points.wide(), poses: self.from }, ControlGrad { poses: self.to })
+    }
+
     /// Pulls back through substep `k`, whose rows of the tape begin at `start`.
-    fn substep(&mut self, k: usize, start: usize, tape: &Tape) {
+    fn substep(&mut self, k: usize, start: usize, tape: &Tape<R>) {
         let count = self.points.positions.len();
         let Met { spans, ends, nodes } = &tape.met;
         let met = &nodes[k.checked_sub(1).map_or(0, |k| ends[k])..ends[k]];
         self.grid.restore(spans[k]);
         self.by_grid.restore(spans[k]);
-        met.iter().for_each(|node| self.grid.nodes[node.number as usize] = extend(node.after, 0.0));
+        met.iter().for_each(|node| self.grid.nodes[node.number as usize] = extend(node.after, R::ZERO));
         for i in 0..count {
             let (row, next) = (start + i, start + count + i);
             self.grid_to_particles(i, tape.points.positions[row], tape.points.velocities[next]);
@@ -41,31 +59,29 @@ impl Backward<'_> {
 
     /// `v' = Σ w u`, `C' = 4/Δ² Σ w u dᵀ` and `x' = x + h v'` are linear in the nodes' velocities u: with `g = λ_v + h λ_x`, node
     /// by node `λ_u += w (g + 4/Δ² λ_C d)`; `taken` is v'.
-    fn grid_to_particles(&mut self, i: usize, position: DVec3, taken: DVec3) {
+    fn grid_to_particles(&mut self, i: usize, position: DVec3, taken: R::Vector) {
         let interval = self.interval;
-        let by = self.points.velocities[i] + interval.h * self.points.positions[i];
-        let by_affine = self.points.affine[i];
-        let columns = [by_affine.x_axis, by_affine.y_axis, by_affine.z_axis];
-        let pull = Affine { value: extend(by, 0.0), slopes: columns.map(|c| extend(interval.sharp * c, 0.0)) };
+        let by = self.points.velocities[i] + R::Vector::of(self.points.positions[i]) * interval.h;
+        let columns = self.points.affine[i].columns();
+        let pull = Affine { value: extend(by, R::ZERO), slopes: columns.map(|c| extend(c * interval.sharp, R::ZERO)) };
         let stencil = self.grid.stencil(position);
         self.by_grid.scatter(&stencil, &pull);
-        self.points.positions[i] += self.grid.slope(&stencil, &pull, extend(taken, 0.0));
+        self.points.positions[i] += self.grid.slope(&stencil, &pull, extend(taken, R::ZERO)).wide();
     }
 
     /// Through contacts, gravity and the division of momentum by mass: `λ_p = λ_v/m`, `λ_m = −λ_v · p/m²`.
-    fn meet(&mut self, k: usize, met: &[Node]) {
-        let Interval { state, control, h, .. } = self.interval;
+    fn meet(&mut self, k: usize, met: &[Node<R>]) {
+        let Interval { state, control, fall, .. } = self.interval;
         let contacts = self.interval.contacts(k);
         let parts = state.poses.len();
         let mut grad = PartsGrad { poses: vec![PoseGrad::default(); parts], twists: vec![Twist::default(); parts] };
-        let fall = -h * self.interval.model.gravity * DVec3::Z;
         let (span, cell) = (self.by_grid.span(), self.by_grid.cell);
         let nodes = &mut self.by_grid.nodes;
         for Node { number, mass, before, .. } in met {
-            let place = Grid::place(&span, cell, *number as usize);
             let node = &mut nodes[*number as usize];
-            let by_velocity = contacts.pull(place, *before, split(*node).0, &mut grad) / *mass;
-            *node = extend(by_velocity, -by_velocity.dot(*before - fall));
+            let (place, by_after) = (place(&span, cell, *number as usize), split::<R>(*node).0.wide());
+            let by_velocity = R::Vector::of(contacts.pull(place, before.wide(), by_after, &mut grad)) / *mass;
+            *node = extend(by_velocity, -by_velocity.dot(*before - *fall));
         }
         for (i, (pose, twist)) in grad.poses.iter().zip(&grad.twists).enumerate() {
             let (start, end) = (&state.poses[i], &control.poses[i]);
@@ -76,47 +92,32 @@ impl Backward<'_> {
     }
 
     /// Through what a particle told the nodes, the flow of its material, and `T = M b Mᵀ`: `λ_M = 2 λ_T M b`, `λ_b = Mᵀ λ_T M`.
-    fn particles_to_grid(&mut self, i: usize, row: usize, tape: &Tape) {
+    fn particles_to_grid(&mut self, i: usize, row: usize, tape: &Tape<R>) {
         let interval = self.interval;
-        let (material, viscosity) = (&interval.model.material, interval.model.viscosity);
+        let (material, viscosity) = (&interval.continuum.material, interval.continuum.viscosity);
         let Points { positions, velocities, affine, strain } = &tape.points;
         let spectrum = &tape.spectra[row];
         let strains = material.strains(spectrum.values);
-        let told = interval.momentum(velocities[row], &affine[row], &material.stress(spectrum, &strains));
+        let told = interval.momentum(velocities[row], affine[row], material.stress(spectrum, &strains));
         let stencil = self.by_grid.stencil(positions[row]);
         let Affine { value, slopes } = self.by_grid.gather(&stencil);
-        self.points.positions[i] += self.by_grid.slope(&stencil, &told, value);
-        self.points.velocities[i] = split(value).0;
-        let [a, b, c] = slopes.map(|column| split(column).0);
-        let by_spread = DMat3::from_cols(a, b, c);
-        let by_stress = (-0.5 * interval.h * interval.sharp) * (by_spread + by_spread.transpose());
-        let by_trial = material.pull(spectrum, &strains, &self.points.strain[i], &by_stress);
-        let growth = DMat3::IDENTITY + interval.h * affine[row];
+        self.points.positions[i] += self.by_grid.slope(&stencil, &told, value).wide();
+        self.points.velocities[i] = split::<R>(value).0;
+        let by_spread = R::Matrix::new(slopes.map(|column| split::<R>(column).0));
+        let by_stress = (by_spread + by_spread.transpose()) * (R::of(-0.5) * interval.h * interval.sharp);
+        let by_trial = material.pull(spectrum, &strains, self.points.strain[i], by_stress);
+        let (two, growth) = (R::of(2.0), R::Matrix::IDENTITY + affine[row] * interval.h);
         let pulled = by_trial * growth;
-        self.points.affine[i] = by_spread + 2.0 * viscosity * by_stress + 2.0 * interval.h * (pulled * strain[row]);
+        self.points.affine[i] = by_spread + by_stress * (two * viscosity) + pulled * strain[row] * (two * interval.h);
         self.points.strain[i] = growth.transpose() * pulled;
     }
 }
 
 impl Adjoint<MpmState> for MpmModel {
     fn step_vjp(&self, state: &MpmState, control: &Control, next: &[f64], _: &mut [f32]) -> (Vec<f64>, ControlGrad) {
-        let count = state.points.positions.len();
-        let interval = Interval::new(self, state, control);
-        let mut tape = self.tapes.lock().expect("no thread panics with it").pop().unwrap_or_default();
-        tape.clear();
-        let end = interval.advance(Some(&mut tape));
-        tape.points.extend(&end);
-        let StateGrad { points, poses: to } = StateGrad::read(next, count);
-        let from = vec![PoseGrad::default(); state.poses.len()];
-        let [grid, by_grid] = [(); 2].map(|()| Grid::new(self.cell));
-        let mut back = Backward { interval: &interval, points, from, to, grid, by_grid };
-        // What was blown apart has nothing more to say.
-        for k in (0..tape.met.spans.len()).rev() {
-            back.substep(k, k * count, &tape);
-        }
-        let at_state = StateGrad { points: back.points, poses: back.from };
-        self.tapes.lock().expect("no thread panics with it").push(tape);
-        (at_state.flat(), ControlGrad { poses: back.to })
+        let next = StateGrad::read(next, state.points.positions.len());
+        let (at_state, at_control) = self.continuum.step_vjp(self, state, control, next);
+        (at_state.flat(), at_control)
     }
 
     fn decode_vjp(&self, state: &MpmState, particles: &ParticlesGrad) -> Vec<f64> {

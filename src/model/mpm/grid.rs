@@ -1,7 +1,7 @@
 //! The grid that particles meet on: a box of nodes around them, laid anew in every substep.
+use super::real::{Quad, Real, Vector};
 use super::spline::Stencil;
 use glam::DVec3;
-use wide::f64x4;
 
 /// Most nodes of a grid. Particles farther apart than that have been blown apart.
 const NODES: f64 = 2_097_152.0;
@@ -9,25 +9,25 @@ const NODES: f64 = 2_097_152.0;
 /// What a particle says around itself: `a + Σ_b B_b d_b` at an offset d \[m\], its first three coordinates a vector, the fourth a
 /// mass.
 #[derive(Clone, Copy)]
-pub(super) struct Affine {
+pub(super) struct Affine<R: Real> {
     /// a.
-    pub(super) value: f64x4,
+    pub(super) value: R::Quad,
     /// B, by columns.
-    pub(super) slopes: [f64x4; 3],
+    pub(super) slopes: [R::Quad; 3],
 }
 
 /// A box: index of its first node, and numbers of nodes.
 pub(super) type Span = ([i64; 3], [usize; 3]);
 
 /// A box of nodes, `cell` \[m\] apart; a node is a vector and a mass, or their derivatives.
-pub(super) struct Grid {
+pub(super) struct Grid<R: Real> {
     pub(super) cell: f64,
     low: [i64; 3],
     size: [usize; 3],
-    pub(super) nodes: Vec<f64x4>,
+    pub(super) nodes: Vec<R::Quad>,
 }
 
-impl Grid {
+impl<R: Real> Grid<R> {
     pub(super) fn new(cell: f64) -> Self {
         Self { cell, low: [0; 3], size: [0; 3], nodes: Vec::new() }
     }
@@ -57,17 +57,7 @@ impl Grid {
     /// Zero everywhere.
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
-        self.nodes.resize(self.size.iter().product(), f64x4::ZERO);
-    }
-
-    /// Place of a node by its number \[m\].
-    #[inline]
-    pub(super) fn place((low, size): &Span, cell: f64, number: usize) -> DVec3 {
-        // Half the width divides several times as fast; a grid has no more nodes than that.
-        let [_, height, depth] = size.map(|n| n as u32);
-        let (row, k) = (number as u32 / depth, number as u32 % depth);
-        let index = [row / height, row % height, k];
-        cell * DVec3::from_array(std::array::from_fn(|axis| (low[axis] + i64::from(index[axis])) as f64))
+        self.nodes.resize(self.size.iter().product(), R::Quad::ZERO);
     }
 
     /// Where the box lies.
@@ -83,27 +73,27 @@ impl Grid {
 
     /// The nodes around `position`, which the grid covers.
     #[inline]
-    pub(super) fn stencil(&self, position: DVec3) -> Stencil {
+    pub(super) fn stencil(&self, position: DVec3) -> Stencil<R> {
         Stencil::new(position, self.cell)
     }
 
     /// Number of the first node of a stencil.
     #[inline]
-    fn first(&self, stencil: &Stencil) -> usize {
+    fn first(&self, stencil: &Stencil<R>) -> usize {
         let [i, j, k] = std::array::from_fn(|axis| (stencil.base[axis] as i64 - self.low[axis]) as usize);
         (i * self.size[1] + j) * self.size[2] + k
     }
 
     /// The nine rows of three nodes of a stencil: (first node, offset i, offset j).
     #[inline]
-    fn rows(&self, stencil: &Stencil) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
+    fn rows(&self, stencil: &Stencil<R>) -> impl Iterator<Item = (usize, usize, usize)> + use<R> {
         let (first, stride) = (self.first(stencil), [self.size[1] * self.size[2], self.size[2]]);
         (0..9).map(move |n| (first + n / 3 * stride[0] + n % 3 * stride[1], n / 3, n % 3))
     }
 
     /// Adds `wᵢ (a + B dᵢ)` to every node i of a stencil.
     #[inline]
-    pub(super) fn scatter(&mut self, stencil: &Stencil, affine: &Affine) {
+    pub(super) fn scatter(&mut self, stencil: &Stencil<R>, affine: &Affine<R>) {
         let Stencil { weights: [wx, wy, wz], offsets: [dx, dy, dz], .. } = stencil;
         for (row, i, j) in self.rows(stencil) {
             let nodes = &mut self.nodes[row..row + 3];
@@ -117,18 +107,18 @@ impl Grid {
 
     /// `Σᵢ wᵢ nᵢ` and `Σᵢ wᵢ nᵢ dᵢᵀ` over the nodes n of a stencil.
     #[inline]
-    pub(super) fn gather(&self, stencil: &Stencil) -> Affine {
+    pub(super) fn gather(&self, stencil: &Stencil<R>) -> Affine<R> {
         let Stencil { weights: [wx, wy, wz], offsets: [dx, dy, dz], .. } = stencil;
-        let (mut value, mut slopes) = (f64x4::ZERO, [f64x4::ZERO; 3]);
+        let (mut value, mut slopes) = (R::Quad::ZERO, [R::Quad::ZERO; 3]);
         for (row, i, j) in self.rows(stencil) {
             let nodes = &self.nodes[row..row + 3];
             let share = wx[i] * wy[j];
-            let [a, b, c] = std::array::from_fn(|k| nodes[k] * f64x4::splat(wz[k]));
-            let sum = (a + b + c) * f64x4::splat(share);
+            let [a, b, c] = std::array::from_fn(|k| nodes[k] * R::Quad::splat(wz[k]));
+            let sum = (a + b + c) * R::Quad::splat(share);
             value += sum;
             slopes[0] = times(sum, dx[i], slopes[0]);
             slopes[1] = times(sum, dy[j], slopes[1]);
-            let rise = times(c, dz[2], times(b, dz[1], a * f64x4::splat(dz[0])));
+            let rise = times(c, dz[2], times(b, dz[1], a * R::Quad::splat(dz[0])));
             slopes[2] = times(rise, share, slopes[2]);
         }
         Affine { value, slopes }
@@ -136,41 +126,52 @@ impl Grid {
 
     /// `∂/∂x Σᵢ wᵢ nᵢ · (a + B dᵢ)`, x being the place of the stencil, with `sum` = `Σᵢ wᵢ nᵢ`.
     #[inline]
-    pub(super) fn slope(&self, stencil: &Stencil, affine: &Affine, sum: f64x4) -> DVec3 {
+    pub(super) fn slope(&self, stencil: &Stencil<R>, affine: &Affine<R>, sum: R::Quad) -> R::Vector {
         let Stencil { weights: [wx, wy, wz], slopes: [sx, sy, sz], offsets: [dx, dy, dz], .. } = stencil;
-        let [mut x, mut y, mut z] = [f64x4::ZERO; 3];
+        let [mut x, mut y, mut z] = [R::Quad::ZERO; 3];
         for (row, i, j) in self.rows(stencil) {
             let nodes = &self.nodes[row..row + 3];
             let here = times(affine.slopes[1], dy[j], times(affine.slopes[0], dx[i], affine.value));
             // Coordinate by coordinate; the dot product's sum comes last.
             let [a, b, c] = std::array::from_fn(|k| nodes[k] * times(affine.slopes[2], dz[k], here));
-            let along = times(c, wz[2], times(b, wz[1], a * f64x4::splat(wz[0])));
-            let across = times(c, sz[2], times(b, sz[1], a * f64x4::splat(sz[0])));
+            let along = times(c, wz[2], times(b, wz[1], a * R::Quad::splat(wz[0])));
+            let across = times(c, sz[2], times(b, sz[1], a * R::Quad::splat(sz[0])));
             x = times(along, sx[i] * wy[j], x);
             y = times(along, wx[i] * sy[j], y);
             z = times(across, wx[i] * wy[j], z);
         }
-        let slope = DVec3::new(x.reduce_add(), y.reduce_add(), z.reduce_add());
+        let slope = R::Vector::new([x, y, z].map(R::Quad::reduce_add));
         // Offsets shrink as the particle moves.
-        slope - DVec3::from_array(affine.slopes.map(|column| (column * sum).reduce_add()))
+        slope - R::Vector::new(affine.slopes.map(|column| (column * sum).reduce_add()))
     }
+}
+
+/// Place of a node by its number \[m\].
+#[inline]
+pub(super) fn place((low, size): &Span, cell: f64, number: usize) -> DVec3 {
+    // Half the width divides several times as fast; a grid has no more nodes than that.
+    let [_, height, depth] = size.map(|n| n as u32);
+    let (row, k) = (number as u32 / depth, number as u32 % depth);
+    let index = [row / height, row % height, k];
+    cell * DVec3::from_array(std::array::from_fn(|axis| (low[axis] + i64::from(index[axis])) as f64))
 }
 
 /// `v s + w`.
 #[inline]
-fn times(v: f64x4, s: f64, w: f64x4) -> f64x4 {
-    v.mul_add(f64x4::splat(s), w)
+fn times<R: Real, Q: Quad<R>>(v: Q, s: R, w: Q) -> Q {
+    v.mul_add(Q::splat(s), w)
 }
 
 /// A vector with a fourth coordinate.
 #[inline]
-pub(super) fn extend(v: DVec3, fourth: f64) -> f64x4 {
-    f64x4::new([v.x, v.y, v.z, fourth])
+pub(super) fn extend<R: Real>(v: R::Vector, fourth: R) -> R::Quad {
+    let [x, y, z] = v.to_array();
+    R::Quad::new([x, y, z, fourth])
 }
 
 /// The first three coordinates, and the fourth.
 #[inline]
-pub(super) fn split(v: f64x4) -> (DVec3, f64) {
+pub(super) fn split<R: Real>(v: R::Quad) -> (R::Vector, R) {
     let [x, y, z, fourth] = v.to_array();
-    (DVec3::new(x, y, z), fourth)
+    (R::Vector::new([x, y, z]), fourth)
 }

@@ -1,39 +1,46 @@
 //! One control interval: particles to grid, grid, and back, substep by substep.
 use super::contact::Contacts;
-use super::grid::{Affine, Grid, Span, extend, split};
+use super::continuum::Continuum;
+use super::grid::{Affine, Grid, Span, extend, place, split};
+use super::real::{Matrix, Real, Vector};
 use super::spectrum::{LANES, Spectra, Spectrum};
 use super::{MpmModel, MpmState, Points};
 use crate::model::placed::Placed;
 use crate::state::{Control, Twist};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Where the grid lay, and what its nodes were: number, velocity and mass before contacts, velocity after.
-#[derive(Default)]
-pub(super) struct Met {
+pub(super) struct Met<R: Real> {
     pub(super) spans: Vec<Span>,
     /// End of each substep's nodes in `nodes`.
     pub(super) ends: Vec<usize>,
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node<R>>,
 }
 
 /// A node that some particle reaches.
 #[derive(Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct Node<R: Real> {
     pub(super) number: u32,
-    pub(super) mass: f64,
-    pub(super) before: DVec3,
-    pub(super) after: DVec3,
+    pub(super) mass: R,
+    pub(super) before: R::Vector,
+    pub(super) after: R::Vector,
 }
 
 /// What the adjoint of an interval needs of it, substep after substep in long lists.
-#[derive(Default)]
-pub(super) struct Tape {
-    pub(super) points: Points,
-    pub(super) spectra: Vec<Spectrum>,
-    pub(super) met: Met,
+pub(super) struct Tape<R: Real> {
+    pub(super) points: Points<R>,
+    pub(super) spectra: Vec<Spectrum<R>>,
+    pub(super) met: Met<R>,
 }
 
-impl Tape {
+impl<R: Real> Default for Tape<R> {
+    fn default() -> Self {
+        let met = Met { spans: Vec::new(), ends: Vec::new(), nodes: Vec::new() };
+        Self { points: Points::default(), spectra: Vec::new(), met }
+    }
+}
+
+impl<R: Real> Tape<R> {
     /// Empty again, its memory kept.
     pub(super) fn clear(&mut self) {
         self.points.clear();
@@ -45,29 +52,40 @@ impl Tape {
 }
 
 /// What stays the same over the substeps of one interval.
-pub(super) struct Interval<'a> {
+pub(super) struct Interval<'a, R: Real> {
     pub(super) model: &'a MpmModel,
+    pub(super) continuum: &'a Continuum<R>,
     pub(super) state: &'a MpmState,
     pub(super) control: &'a Control,
     pub(super) substeps: usize,
     /// Duration of a substep h \[s\].
-    pub(super) h: f64,
+    pub(super) h: R,
     /// 4/Δ², the inverse second moment of the weights \[m⁻²\].
-    pub(super) sharp: f64,
+    pub(super) sharp: R,
+    /// Velocity that gravity gives in a substep \[m/s\].
+    pub(super) fall: R::Vector,
     twists: Vec<Twist>,
 }
 
-impl<'a> Interval<'a> {
-    pub(super) fn new(model: &'a MpmModel, state: &'a MpmState, control: &'a Control) -> Self {
+impl<'a, R: Real> Interval<'a, R> {
+    pub(super) fn new(
+        model: &'a MpmModel,
+        continuum: &'a Continuum<R>,
+        state: &'a MpmState,
+        control: &'a Control,
+    ) -> Self {
         let path = state.poses.iter().zip(&control.poses);
         let substeps = model.substeps(state.interval);
+        let h = state.interval / substeps as f64;
         Self {
             model,
+            continuum,
             state,
             control,
             substeps,
-            h: state.interval / substeps as f64,
-            sharp: 4.0 / (model.cell * model.cell),
+            h: R::of(h),
+            sharp: R::of(4.0 / (model.cell * model.cell)),
+            fall: R::Vector::of(-h * model.gravity * DVec3::Z),
             twists: path.map(|(from, to)| from.twist_to(to, state.interval)).collect(),
         }
     }
@@ -94,32 +112,29 @@ impl<'a> Interval<'a> {
 
     /// The trial elastic tensor `M b Mᵀ` with `M = I + h C`, and M.
     #[inline]
-    pub(super) fn trial(&self, affine: &DMat3, strain: &DMat3) -> (DMat3, DMat3) {
-        let growth = DMat3::IDENTITY + self.h * *affine;
-        (growth * *strain * growth.transpose(), growth)
+    pub(super) fn trial(&self, affine: R::Matrix, strain: R::Matrix) -> (R::Matrix, R::Matrix) {
+        let growth = R::Matrix::IDENTITY + affine * self.h;
+        (growth * strain * growth.transpose(), growth)
     }
 
     /// What a particle tells the nodes of its momentum: `a = (v, 1)`, `B = C − h (4/Δ²) τ/ρ`.
     #[inline]
-    pub(super) fn momentum(&self, velocity: DVec3, affine: &DMat3, stress: &DMat3) -> Affine {
-        let viscous = self.model.viscosity * (*affine + affine.transpose());
-        let spread = *affine - (self.h * self.sharp) * (*stress + viscous);
-        Affine {
-            value: extend(velocity, 1.0),
-            slopes: [spread.x_axis, spread.y_axis, spread.z_axis].map(|c| extend(c, 0.0)),
-        }
+    pub(super) fn momentum(&self, velocity: R::Vector, affine: R::Matrix, stress: R::Matrix) -> Affine<R> {
+        let viscous = (affine + affine.transpose()) * self.continuum.viscosity;
+        let spread = affine - (stress + viscous) * (self.h * self.sharp);
+        Affine { value: extend(velocity, R::ONE), slopes: spread.columns().map(|c| extend(c, R::ZERO)) }
     }
 
     /// The points at the end; what happened in every substep goes onto the tape, where there is one.
-    pub(super) fn advance(&self, mut tape: Option<&mut Tape>) -> Points {
-        let mut points = self.state.points.clone();
+    pub(super) fn advance(&self, mut tape: Option<&mut Tape<R>>) -> Points<R> {
+        let mut points = Points::of(&self.state.points);
         let mut grid = Grid::new(self.model.cell);
         let mut spectra = Spectra::new();
         for k in 0..self.substeps {
             if !grid.cover(&points.positions) {
                 // Blown apart: what is not a number is counted as such, and costs infinity.
                 points.positions.fill(DVec3::NAN);
-                points.velocities.fill(DVec3::NAN);
+                points.velocities.fill(R::Vector::of(DVec3::NAN));
                 return points;
             }
             if let Some(tape) = &mut tape {
@@ -135,26 +150,26 @@ impl<'a> Interval<'a> {
     /// Strains the material and sums masses and momenta over the grid.
     fn particles_to_grid(
         &self,
-        points: &mut Points,
-        grid: &mut Grid,
-        spectra: &mut Spectra,
-        mut tape: Option<&mut Tape>,
+        points: &mut Points<R>,
+        grid: &mut Grid<R>,
+        spectra: &mut Spectra<R>,
+        mut tape: Option<&mut Tape<R>>,
     ) {
         let count = points.positions.len();
         for first in (0..count).step_by(LANES) {
             let lanes = LANES.min(count - first);
             for lane in 0..lanes {
                 let i = first + lane;
-                points.strain[i] = self.trial(&points.affine[i], &points.strain[i]).0;
-                spectra.set(lane, &points.strain[i]);
+                points.strain[i] = self.trial(points.affine[i], points.strain[i]).0;
+                spectra.set(lane, points.strain[i]);
             }
             spectra.decompose();
             for lane in 0..lanes {
                 let i = first + lane;
                 let spectrum = spectra.get(lane);
-                let (kept, stress) = self.model.material.flow(&points.strain[i], &spectrum);
+                let (kept, stress) = self.continuum.material.flow(points.strain[i], &spectrum);
                 points.strain[i] = kept;
-                let momentum = self.momentum(points.velocities[i], &points.affine[i], &stress);
+                let momentum = self.momentum(points.velocities[i], points.affine[i], stress);
                 let stencil = grid.stencil(points.positions[i]);
                 grid.scatter(&stencil, &momentum);
                 if let Some(tape) = &mut tape {
@@ -165,16 +180,15 @@ impl<'a> Interval<'a> {
     }
 
     /// Turns momenta into velocities, and lets gravity and contacts act on them.
-    fn meet(&self, k: usize, grid: &mut Grid, mut tape: Option<&mut Tape>) {
+    fn meet(&self, k: usize, grid: &mut Grid<R>, mut tape: Option<&mut Tape<R>>) {
         let contacts = self.contacts(k);
-        let fall = -self.h * self.model.gravity * DVec3::Z;
         let (span, cell) = (grid.span(), grid.cell);
         for (number, node) in grid.nodes.iter_mut().enumerate() {
-            let (momentum, mass) = split(*node);
-            if mass > 0.0 {
-                let before = momentum / mass + fall;
-                let after = contacts.act(Grid::place(&span, cell, number), before);
-                *node = extend(after, 0.0);
+            let (momentum, mass) = split::<R>(*node);
+            if mass > R::ZERO {
+                let before = momentum / mass + self.fall;
+                let after = R::Vector::of(contacts.act(place(&span, cell, number), before.wide()));
+                *node = extend(after, R::ZERO);
                 if let Some(tape) = &mut tape {
                     tape.met.nodes.push(Node { number: number as u32, mass, before, after });
                 }
@@ -187,14 +201,13 @@ impl<'a> Interval<'a> {
     }
 
     /// Gives every particle the velocity of the nodes around it, and moves it.
-    fn grid_to_particles(&self, points: &mut Points, grid: &Grid) {
+    fn grid_to_particles(&self, points: &mut Points<R>, grid: &Grid<R>) {
         let Points { positions, velocities, affine, .. } = points;
         for ((x, v), c) in positions.iter_mut().zip(velocities).zip(affine) {
             let Affine { value, slopes } = grid.gather(&grid.stencil(*x));
-            *v = split(value).0;
-            let [a, b, d] = slopes.map(|column| self.sharp * split(column).0);
-            *c = DMat3::from_cols(a, b, d);
-            *x += self.h * *v;
+            *v = split::<R>(value).0;
+            *c = R::Matrix::new(slopes.map(|column| split::<R>(column).0 * self.sharp));
+            *x += (*v * self.h).wide();
         }
     }
 }

@@ -17,23 +17,25 @@
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;
-use interval::{Interval, Tape};
+use continuum::Stepping;
 use material::Material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use state::Points;
-use std::sync::Mutex;
 
 mod adjoint;
 mod contact;
+mod continuum;
 mod grid;
 mod interval;
 mod material;
+mod real;
 mod spectrum;
 mod spline;
 mod state;
 
 pub use contact::SurfaceSpec;
+pub use continuum::Precision;
 pub use state::MpmState;
 
 /// Most substeps of a control step.
@@ -74,6 +76,9 @@ pub struct MpmSpec {
     /// Distance ℓ over which the tool's hold fades outside of it \[m\].
     #[schemars(range(min = 1e-6))]
     pub softness: f64,
+    /// Numbers that a step is computed in.
+    #[serde(default, skip_serializing_if = "Precision::is_default")]
+    pub precision: Precision,
 }
 
 impl MpmSpec {
@@ -120,15 +125,11 @@ pub struct MpmModel {
     cell: f64,
     /// Substeps that a second needs \[1/s\].
     rate: f64,
-    material: Material,
-    /// η/ρ \[m²/s\].
-    viscosity: f64,
     gravity: f64,
     table: SurfaceSpec,
     tool: SurfaceSpec,
     softness: f64,
-    /// Tapes that no gradient is being taken on: their memory costs more to get than to fill.
-    tapes: Mutex<Vec<Tape>>,
+    continuum: Box<dyn Stepping>,
 }
 
 impl MpmModel {
@@ -149,8 +150,9 @@ impl MpmModel {
         let viscosity = spec.viscosity / spec.density;
         let sound = (material.lame + 2.0 * material.shear).sqrt();
         let rate = (sound + 4.0 * viscosity / spec.cell) / (spec.courant * spec.cell);
+        let continuum = spec.precision.continuum(&material, viscosity);
         let MpmSpec { cell, gravity, table, tool, softness, .. } = spec;
-        Ok(Self { cell, rate, material, viscosity, gravity, table, tool, softness, tapes: Mutex::default() })
+        Ok(Self { cell, rate, gravity, table, tool, softness, continuum })
     }
 
     /// K of a control step of `interval` \[s\].
@@ -179,8 +181,7 @@ impl Dynamics for MpmModel {
     }
 
     fn step(&self, state: &MpmState, control: &Control) -> MpmState {
-        let points = Interval::new(self, state, control).advance(None);
-        state.next(points, control)
+        state.next(self.continuum.step(self, state, control), control)
     }
 
     fn decode(&self, state: &MpmState) -> Particles {

@@ -1,22 +1,50 @@
 //! What the material point method carries from step to step.
+use super::real::{Matrix, Real, Vector};
 use crate::state::{Control, Order, Particles, Pose, PoseGrad, Scene, ToolShape, Wall};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 /// Material points, or derivatives by them: N rows each.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Points {
+///
+/// Places stay in f64: away from the origin, a creeping point's way in a substep is less than f32 can add to its place.
+#[derive(Clone, Debug)]
+pub(super) struct Points<R: Real> {
     /// x \[m\].
     pub(super) positions: Vec<DVec3>,
     /// v \[m/s\].
-    pub(super) velocities: Vec<DVec3>,
+    pub(super) velocities: Vec<R::Vector>,
     /// C, the velocity's gradient around a point \[1/s\].
-    pub(super) affine: Vec<DMat3>,
+    pub(super) affine: Vec<R::Matrix>,
     /// b, the elastic left Cauchy–Green tensor, symmetric \[1\].
-    pub(super) strain: Vec<DMat3>,
+    pub(super) strain: Vec<R::Matrix>,
 }
 
-impl Points {
+impl<R: Real> Default for Points<R> {
+    fn default() -> Self {
+        Self { positions: Vec::new(), velocities: Vec::new(), affine: Vec::new(), strain: Vec::new() }
+    }
+}
+
+impl<R: Real> Points<R> {
+    /// The nearest in this precision.
+    pub(super) fn of(points: &Points<f64>) -> Self {
+        Self {
+            positions: points.positions.clone(),
+            velocities: points.velocities.iter().copied().map(R::Vector::of).collect(),
+            affine: points.affine.iter().copied().map(R::Matrix::of).collect(),
+            strain: points.strain.iter().copied().map(R::Matrix::of).collect(),
+        }
+    }
+
+    pub(super) fn wide(self) -> Points<f64> {
+        Points {
+            positions: self.positions,
+            velocities: self.velocities.into_iter().map(R::Vector::wide).collect(),
+            affine: self.affine.into_iter().map(R::Matrix::wide).collect(),
+            strain: self.strain.into_iter().map(R::Matrix::wide).collect(),
+        }
+    }
+
     /// Empty again, its memory kept.
     pub(super) fn clear(&mut self) {
         self.positions.clear();
@@ -37,7 +65,7 @@ impl Points {
 /// Material points in canonical order, and the tool.
 #[derive(Clone, Debug)]
 pub struct MpmState {
-    pub(super) points: Points,
+    pub(super) points: Points<f64>,
     /// Where the scene has each row.
     pub(super) order: Order,
     /// Walls around the table.
@@ -72,7 +100,7 @@ impl MpmState {
     }
 
     /// The state after a step that ends with these points.
-    pub(super) fn next(&self, points: Points, control: &Control) -> Self {
+    pub(super) fn next(&self, points: Points<f64>, control: &Control) -> Self {
         Self {
             points,
             order: self.order.clone(),
@@ -107,7 +135,7 @@ impl MpmState {
 /// `∂J/∂state`, flat as `[positions 3N | velocities 3N | affine 9N | strain 9N | poses 6 per part: translation, rotation]`,
 /// matrices column by column.
 pub(super) struct StateGrad {
-    pub(super) points: Points,
+    pub(super) points: Points<f64>,
     pub(super) poses: Vec<PoseGrad>,
 }
 
