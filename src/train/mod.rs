@@ -16,6 +16,7 @@ mod journal;
 mod matched;
 mod schedule;
 pub mod search;
+mod sparsity;
 mod split;
 mod train_spec;
 mod trainer;

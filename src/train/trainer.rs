@@ -5,6 +5,7 @@ use super::evaluate::{Evaluation, evaluate};
 use super::journal::Journal;
 use super::matched::{Matched, displacement_scale};
 use super::schedule::rate_at;
+use super::sparsity::shrink;
 use super::split::{Split, set_aside};
 use super::train_spec::{Keep, TrainSpec};
 use super::unmatched::Unmatched;
@@ -152,7 +153,11 @@ impl Trainer {
             .into_par_iter()
             .map(|window| {
                 let part = spec.unroll.part(fixed, window);
-                fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))
+                let mut gradient = fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))?;
+                if spec.sparsity > 0.0 {
+                    gradient.cost += shrink(fixed, &part.scene, &part.controls[0], spec.sparsity, &mut gradient.weights);
+                }
+                Some(gradient)
             })
             .collect();
         let gradients = gradients.context("the model has no derivatives, so it cannot be trained")?;
