@@ -11,7 +11,9 @@ mod aggregation;
 mod box_bath;
 mod claim;
 mod closed_loop;
+mod collisions;
 mod cpu;
+mod distil;
 mod edge_types;
 mod endurance;
 mod formula;
@@ -58,6 +60,7 @@ const EXPERIMENTS: &[Experiment] = &[
     metrics::CLAIM,
     formula::CLAIM,
     identify::CLAIM,
+    distil::CLAIM,
     physics::CLAIM,
     mpm_speed::CLAIM,
 ];

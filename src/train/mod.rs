@@ -5,6 +5,7 @@
 mod adam;
 mod checkpoint;
 mod constants;
+pub mod distil;
 mod evaluate;
 mod events;
 mod fit;

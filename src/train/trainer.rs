@@ -89,6 +89,12 @@ impl Trainer {
         let weights = model.weights();
         anyhow::ensure!(!weights.is_empty(), "the model has no weights to train; choose a model with a learned part");
 
+        anyhow::ensure!(
+            spec.sparsity == 0.0 || windows.iter().any(|w| !model.messages(&w.scene, &w.controls[0]).is_empty()),
+            "`sparsity` of the training config shrinks messages, and the model sends none in the data; it needs a law of kind \
+             \"learned_pair\" within whose reach something is"
+        );
+
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         let path = folder.join("checkpoint.bin");
         let identity = self.identity(&weights, scale)?;
@@ -153,9 +159,11 @@ impl Trainer {
             .into_par_iter()
             .map(|window| {
                 let part = spec.unroll.part(fixed, window);
-                let mut gradient = fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))?;
+                let mut gradient =
+                    fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))?;
                 if spec.sparsity > 0.0 {
-                    gradient.cost += shrink(fixed, &part.scene, &part.controls[0], spec.sparsity, &mut gradient.weights);
+                    gradient.cost +=
+                        shrink(fixed, &part.scene, &part.controls[0], spec.sparsity, &mut gradient.weights);
                 }
                 Some(gradient)
             })
