@@ -23,7 +23,7 @@ const ARRIVED: f64 = 1e-9;
 impl Fitted {
     /// By damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) with exact slopes, from `constants`; `None` where the form has no
     /// value there or not in all scenes.
-    pub(super) fn new(form: Form, constants: Vec<f64>, samples: &Samples, steps: usize) -> Option<Self> {
+    pub(super) fn new(form: &Form, constants: Vec<f64>, samples: &Samples, steps: usize) -> Option<Self> {
         let count = constants.len();
         let mut e = form.expressions.clone();
         let mut roots = vec![form.root];
@@ -74,7 +74,7 @@ impl Fitted {
                 }
             }
         }
-        let fitted = Self { form, constants: here, error };
+        let fitted = Self { form: form.clone(), constants: here, error };
         fitted.is_defined(samples).then_some(fitted)
     }
 

@@ -3,7 +3,7 @@ use super::fitted::Fitted;
 use super::front::Front;
 use super::samples::Samples;
 use super::tree::{Gene, Tree};
-use super::variation::Variation;
+use super::variation::{Variation, normal};
 use crate::model::formula::Forms;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +15,9 @@ const TOURNAMENT: usize = 5;
 const THRIFT: f64 = 0.15;
 /// Steps that constants are fitted by.
 const STEPS: usize = 8;
-/// How often a form is fitted, from constants that differ.
+/// Starts of a fit beside the constants that a formula comes with: errors have more than one valley.
+const ELSEWHERE: usize = 2;
+/// How often a form is fitted.
 const TRIES: u32 = 3;
 /// Operations on top of each other in the first formulas.
 const DEPTH: usize = 4;
@@ -27,7 +29,9 @@ pub(super) struct Island<'a> {
     size: usize,
     rng: ChaCha8Rng,
     forms: Forms,
+    /// How often each form was fitted, and each formula met, whatever its constants.
     seen: HashMap<String, u32>,
+    written: HashMap<String, u32>,
     population: Vec<(Tree, usize, f64)>,
     pub(super) front: Front,
 }
@@ -35,8 +39,8 @@ pub(super) struct Island<'a> {
 impl<'a> Island<'a> {
     /// `size` formulas of at most `complexity`, which nothing has bred yet.
     pub(super) fn new(samples: &'a Samples, size: usize, complexity: usize, rng: ChaCha8Rng) -> Self {
-        let (forms, seen, population, front) = Default::default();
-        Self { samples, complexity, size, rng, forms, seen, population, front }
+        let (forms, seen, written, population, front) = Default::default();
+        Self { samples, complexity, size, rng, forms, seen, written, population, front }
     }
 
     /// Replaces the population by its children, or by random formulas where there is none yet.
@@ -98,13 +102,22 @@ impl<'a> Island<'a> {
         if scaled.0.len() > 3 * self.complexity || tree.nests() {
             return None;
         }
+        let written = self.written.entry(scaled.skeleton()).or_default();
+        *written += 1;
+        if *written > TRIES {
+            return None;
+        }
         let form = scaled.form(self.samples, &self.forms).filter(|form| form.complexity <= self.complexity)?;
         let tries = self.seen.entry(form.text()).or_default();
         *tries += 1;
         if *tries > TRIES {
             return None;
         }
-        let constants = form.constants.clone();
-        Fitted::new(form, constants, self.samples, STEPS)
+        let mut starts = vec![form.constants.clone()];
+        for _ in 0..ELSEWHERE {
+            starts.push(form.constants.iter().map(|_| normal(&mut self.rng)).collect());
+        }
+        let found = starts.into_iter().filter_map(|start| Fitted::new(&form, start, self.samples, STEPS));
+        found.min_by(|a, b| a.error.total_cmp(&b.error))
     }
 }

@@ -50,7 +50,7 @@ pub fn regress(spec: &DistilSpec, samples: &Samples, watch: &Watch) -> anyhow::R
     }
     bar.finish();
     let found = together(&islands);
-    let last = |one: &Fitted| Fitted::new(one.form.clone(), one.constants.clone(), samples, LAST);
+    let last = |one: &Fitted| Fitted::new(&one.form, one.constants.clone(), samples, LAST);
     let all: Vec<Option<Fitted>> = found.formulas().par_iter().map(last).collect();
     let mut front = Front::default();
     all.into_iter().flatten().for_each(|one| front.offer(one));
@@ -64,7 +64,7 @@ fn pruned(mut front: Front, samples: &Samples) -> Front {
         let fitted = |tree: &Tree| {
             let form = tree.form(samples, &Forms::default())?;
             let constants = form.constants.clone();
-            Fitted::new(form, constants, samples, LAST)
+            Fitted::new(&form, constants, samples, LAST)
         };
         let all: Vec<Option<Fitted>> = trees.par_iter().map(fitted).collect();
         let before = front.formulas().len();

@@ -51,6 +51,15 @@ impl Tree {
         (0..self.0.len()).filter(curved).any(|at| self.branch(at).skip(1).any(|below| curved(&below)))
     }
 
+    /// What it is whatever its constants are.
+    pub(super) fn skeleton(&self) -> String {
+        let word = |gene: &Gene| match gene {
+            Gene::Constant(_) => "c ".to_owned(),
+            other => format!("{other:?} "),
+        };
+        self.0.iter().map(word).collect()
+    }
+
     /// The formula with another tree in place of the branch at `start`.
     pub(super) fn replaced(&self, start: usize, by: &[Gene]) -> Self {
         let Range { start, end } = self.branch(start);

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Exponents that formulas may have; contact of spheres has 3/2 (Hertz 1882).
-const EXPONENTS: [(i64, i64); 6] = [(2, 1), (3, 2), (1, 2), (3, 1), (5, 2), (-1, 1)];
+const EXPONENTS: [(i64, i64); 7] = [(2, 1), (3, 2), (1, 2), (3, 1), (5, 2), (-1, 1), (-1, 2)];
 /// Functions that formulas may have.
 const FUNCTIONS: [Function; 3] = [Function::Exp, Function::Tanh, Function::Abs];
 
@@ -25,7 +25,8 @@ fn exponent(rng: &mut ChaCha8Rng) -> Rational {
     format!("{n}/{d}").parse().expect("a fraction")
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
+/// A standard normal number.
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
