@@ -15,14 +15,14 @@ use std::sync::Arc;
 /// Distance beyond which no particle acts on another \[m\].
 pub(crate) const REACH: f64 = 0.016;
 /// Duration of a control step \[s\], and its substeps.
-const INTERVAL: f64 = 0.01;
-const SUBSTEPS: usize = 4;
+const INTERVAL: f64 = 0.005;
+const SUBSTEPS: usize = 2;
 /// Particles along an edge of the cloud, their spacing, and how far they are off it \[m\].
 const SIDE: usize = 3;
 const SPACING: f64 = 0.0095;
 const OFF: f64 = 0.0012;
 /// Standard deviation of a component of their velocity \[m/s\].
-const SPEED: f64 = 0.08;
+const SPEED: f64 = 0.05;
 const STEPS: usize = 6;
 
 /// The laws: contact of spheres with damping (Hertz 1882; Hunt & Crossley 1975), alone and with smooth Coulomb friction.
