@@ -49,7 +49,7 @@ fn formulas_are_found_in_exact_samples_of_theirs() {
     let known: [Known; 3] = [
         ("contact", |r, _, _| 5.0 * (0.7 - r).max(0.0).powf(1.5), 8, 30),
         ("viscosity", |r, vn, _| -3.0 * (1.0 - r * r).powi(2) * vn, 9, 30),
-        ("Coulomb friction", |_, _, vt| -2.0 * vt / (vt * vt + 0.25).sqrt(), 10, 30),
+        ("damped contact", |r, vn, _| 5.0 * (0.8 - r).max(0.0).powf(1.5) * (1.0 - 0.3 * vn), 14, 40),
     ];
     for (name, law, most, generations) in known {
         let front = regress(&small(generations), &samples(300, law), &Watch::silent()).unwrap();
