@@ -1,5 +1,6 @@
 //! Claim: a pair network trained on what a known law moves is read back as a formula whose forces are within 1 % of that law's on
-//! held-out pairs; on Rapier's dough the formula that a network is read as predicts and plans better than a model in which nothing moves.
+//! held-out pairs; on Rapier's dough the formula that a network is read as predicts and plans better than a model in which nothing
+//! moves.
 //!
 //! Command: `cargo run --release --bin experiments -- distil`, about ten minutes. Table: `paper/tables/distil.tex`.
 use crate::claim::{Experiment, Rows, Size, median, number};

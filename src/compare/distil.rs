@@ -10,8 +10,8 @@ use anyhow::{Context, ensure};
 use indexmap::IndexMap;
 use std::path::Path;
 
-/// Fits the model that the file `model` and `overrides` of its keys describe to the dataset in `folder`, as [`super::train`] does, and
-/// distils it where its config does not; `model` may also be the folder of a stage that an earlier run fitted.
+/// Fits the model that the file `model` and `overrides` of its keys describe to the dataset in `folder`, as [`super::train`] does,
+/// and distils it where its config does not; `model` may also be the folder of a stage that an earlier run fitted.
 ///
 /// # Errors
 /// As [`super::train`]; when the model has not one learned pair law.

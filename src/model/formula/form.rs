@@ -58,8 +58,8 @@ impl Form {
     }
 }
 
-/// Finds forms by equality saturation (Willsey et al. 2021): of all equal formulas found the one with the least complexity, and among
-/// those the first in the order of their texts.
+/// Finds forms by equality saturation (Willsey et al. 2021): of all equal formulas found the one with the least complexity, and
+/// among those the first in the order of their texts.
 pub struct Forms(Vec<Rewrite<Term, Domain>>);
 
 /// Rules that only programs need: they make formulas longer for the sake of parts that are shared, or are about derivatives.

@@ -6,7 +6,8 @@ use crate::model::law::{Law, Message, Rate, View};
 use crate::state::{Control, Scene};
 
 impl ParticleModel {
-    /// Calls `ask` with every law of [`Rate::Substep`], its place in what the model owns, and what it sees, the tool where it starts.
+    /// Calls `ask` with every law of [`Rate::Substep`], its place in what the model owns, and what it sees, the tool where
+    /// it starts.
     fn at_start(&self, scene: &Scene, control: &Control, mut ask: impl FnMut(&dyn Law, &Spans, &View<'_>)) {
         let state = ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory);
         let interval = Interval::new(self, &state, control);

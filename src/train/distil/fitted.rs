@@ -21,8 +21,8 @@ const HEAVY: f64 = 1e8;
 const ARRIVED: f64 = 1e-9;
 
 impl Fitted {
-    /// By damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) with exact slopes, from `constants`; `None` where the form has no
-    /// value there or not in all scenes.
+    /// By damped Gauss–Newton steps (Levenberg 1944, Marquardt 1963) with exact slopes, from `constants`; `None` where the form has
+    /// no value there or not in all scenes.
     pub(super) fn new(form: &Form, constants: Vec<f64>, samples: &Samples, steps: usize) -> Option<Self> {
         let count = constants.len();
         let mut e = form.expressions.clone();

@@ -27,8 +27,8 @@ impl Front {
         }
     }
 
-    /// The formula where the logarithm of the error falls most steeply with complexity, `−Δ ln error/Δ complexity` from the one before
-    /// it (Cranmer et al. 2020), among those whose `errors` are at most 1.5 times the smallest.
+    /// The formula where the logarithm of the error falls most steeply with complexity, `−Δ ln error/Δ complexity` from the one
+    /// before it (Cranmer et al. 2020), among those whose `errors` are at most 1.5 times the smallest.
     pub(super) fn believed(&self, errors: &[f64]) -> Option<usize> {
         let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let steepness = |k: usize| match k {

@@ -57,7 +57,8 @@ pub fn regress(spec: &DistilSpec, samples: &Samples, watch: &Watch) -> anyhow::R
     Ok(pruned(front, samples))
 }
 
-/// The front with every constant that can be 0, 1 or −1 at no more error made so: such formulas are simpler, and hard to meet by chance.
+/// The front with every constant that can be 0, 1 or −1 at no more error made so: such formulas are simpler, and hard to meet
+/// by chance.
 fn pruned(mut front: Front, samples: &Samples) -> Front {
     for _ in 0..ROUNDS {
         let trees: Vec<Tree> = front.formulas().iter().flat_map(|one| simpler(one, samples)).collect();

@@ -1,4 +1,5 @@
-//! A formula as genetic programming sees it: its nodes in the order in which it is read, operations before their operands (Koza 1992).
+//! A formula as genetic programming sees it: its nodes in the order in which it is read, operations before their operands (Koza
+//! 1992).
 use super::samples::Samples;
 use crate::model::formula::{Expressions, Form, Forms, Function, Id, Interval, Node, Rational};
 use std::ops::Range;

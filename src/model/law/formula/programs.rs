@@ -104,7 +104,8 @@ impl Programs {
         Ok(Self { expressions: e, formulas, ranges, forward, adjoint, slopes, constants: reaches, reach, motion })
     }
 
-    /// N and T \[m/s²\] in meetings of distance r \[m\], separating speed v_n and sliding speed |v_t| \[m/s\]; nothing beyond the reach.
+    /// N and T \[m/s²\] in meetings of distance r \[m\], separating speed v_n and sliding speed |v_t| \[m/s\]; zero beyond
+    /// the reach.
     pub fn forces(&self, meetings: &[[f64; 3]]) -> Vec<[f64; 2]> {
         let column = |of: &dyn Fn(&[f64; 3]) -> f64| meetings.iter().map(of).collect::<Vec<f64>>();
         let inputs = [
