@@ -11,7 +11,9 @@ mod aggregation;
 mod box_bath;
 mod claim;
 mod closed_loop;
+mod collisions;
 mod cpu;
+mod distil;
 mod edge_types;
 mod endurance;
 mod formula;
@@ -64,6 +66,7 @@ const EXPERIMENTS: &[Experiment] = &[
     metrics::CLAIM,
     formula::CLAIM,
     identify::CLAIM,
+    distil::CLAIM,
     physics::CLAIM,
     gradient_quality::CLAIM,
     mpm_speed::CLAIM,

@@ -1,6 +1,6 @@
 //! `pliant`: simulate, fit, compare, sweep, view.
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use pliant::compare::{self, CompareSpec, Comparison, RUNS};
+use pliant::compare::{self, CompareSpec, Comparison, Contender, RUNS};
 use pliant::config::{self, Loaded, Spec, conclude, to_stdout};
 use pliant::data::{DatasetSpec, Info, LAYOUTS, Layout, RECORDINGS, Recording};
 use pliant::model::formula::{self, Range};
@@ -41,14 +41,9 @@ enum Verb {
     },
     /// Fit one model to a folder of episodes, then print how well it predicts those held out.
     #[command(visible_alias = "identify")]
-    Train {
-        /// The model, a TOML file such as those of `configs/model`.
-        model: PathBuf,
-        /// The dataset's folder, simulated or imported.
-        data: PathBuf,
-        /// Changes to the model: `key.path=value`, `+key=value`, `~key`.
-        overrides: Vec<String>,
-    },
+    Train(Alone),
+    /// Read what a learned pair law says as formulas, and write the model that has them in its place.
+    Distil(Alone),
     /// From nothing to the comparison table: simulate, fit, plan with every model, execute in the world.
     Compare {
         #[command(flatten)]
@@ -120,7 +115,7 @@ enum DataVerb {
         #[arg(long)]
         to: PathBuf,
         /// What the files are.
-        #[arg(long, value_parser = recording)]
+        #[arg(long, value_parser = |name: &str| named(name, RECORDINGS, |one| one.name()))]
         format: &'static dyn Recording,
     },
     /// Write a dataset as another framework reads it.
@@ -131,7 +126,7 @@ enum DataVerb {
         #[arg(long)]
         to: PathBuf,
         /// What to write.
-        #[arg(long, value_parser = layout)]
+        #[arg(long, value_parser = |name: &str| named(name, LAYOUTS, |one| one.name()))]
         format: &'static dyn Layout,
     },
     /// Compare every file with its hash, read every episode, and compare the metadata with both.
@@ -150,6 +145,16 @@ struct Config {
     /// Print the resolved config with where each value came from, and stop.
     #[arg(long)]
     cfg: bool,
+}
+
+#[derive(Args)]
+struct Alone {
+    /// The model, a TOML file such as those of `configs/model`.
+    model: PathBuf,
+    /// The dataset's folder, simulated or imported.
+    data: PathBuf,
+    /// Changes to the model: `key.path=value`, `+key=value`, `~key`.
+    overrides: Vec<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -191,11 +196,11 @@ fn run(verb: Verb, watch: &Watch) -> anyhow::Result<()> {
             let (_, predictions) = compare::fit(&loaded.spec, watch)?;
             to_stdout(&pliant::table::forecast(&predictions).to_text())?;
         }
-        Verb::Train { model, data, overrides } => {
-            let contender = compare::train(&model, &overrides, &data, RUNS.as_ref(), watch)?;
-            let prediction = compare::Prediction::of(&contender);
-            to_stdout(&pliant::table::forecast(prediction.as_slice()).to_text())?;
-            contender.stages.iter().try_for_each(|(stage, at)| to_stdout(&format!("{stage}: {}\n", at.display())))?;
+        Verb::Train(of) => fitted(&compare::train(&of.model, &of.overrides, &of.data, RUNS.as_ref(), watch)?)?,
+        Verb::Distil(of) => {
+            let (contender, front) = compare::distil(&of.model, &of.overrides, &of.data, RUNS.as_ref(), watch)?;
+            to_stdout(&(pliant::table::formulas(&front).to_text() + "\n"))?;
+            fitted(&contender)?;
         }
         Verb::Compare { config, json } => {
             let Some(loaded) = config.load::<CompareSpec>()? else { return Ok(()) };
@@ -254,14 +259,6 @@ fn data(verb: DataVerb) -> anyhow::Result<()> {
     to_stdout(&text)
 }
 
-fn recording(name: &str) -> Result<&'static dyn Recording, String> {
-    named(name, RECORDINGS, |recording| recording.name())
-}
-
-fn layout(name: &str) -> Result<&'static dyn Layout, String> {
-    named(name, LAYOUTS, |layout| layout.name())
-}
-
 /// The one of that name, or a sentence with all names.
 fn named<T: Copy>(name: &str, table: &[T], of: impl Fn(&T) -> &str) -> Result<T, String> {
     let names = || table.iter().map(&of).collect::<Vec<_>>().join(", ");
@@ -283,6 +280,11 @@ fn predict(
             compare::train(model.as_ref(), overrides, folder, RUNS.as_ref(), watch)
         }
     })
+}
+
+fn fitted(contender: &Contender) -> anyhow::Result<()> {
+    to_stdout(&pliant::table::forecast(compare::Prediction::of(contender).as_slice()).to_text())?;
+    contender.stages.iter().try_for_each(|(stage, at)| to_stdout(&format!("{stage}: {}\n", at.display())))
 }
 
 fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<()> {

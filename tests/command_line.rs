@@ -115,6 +115,33 @@ fn a_model_is_trained_on_any_folder_of_episodes_and_drawn_over_one_of_them() {
 }
 
 #[test]
+fn a_network_is_read_as_formulas_and_the_file_that_holds_them_is_a_model() {
+    let folder = folder();
+    let here = folder.path();
+    assert!(pliant(here, &["simulate", "configs/dataset/smoke.toml", "--to", "mine"]).status.success());
+    let small = ["train.pair.steps=3", "train.pair.batch=2"];
+    let distilled = pliant(here, &[&["distil", "configs/model/pair.toml", "mine"], &small[..]].concat());
+    assert!(distilled.status.success(), "{}", String::from_utf8_lossy(&distilled.stderr));
+    let said = out(&distilled);
+    assert!(said.contains("normal_force") && said.contains("yes"), "{said}");
+    let stage = said.lines().find_map(|line| line.strip_prefix("distil: ")).expect("the folder of the stage");
+    let written = format!("{stage}/model.toml");
+    let again = pliant(here, &["train", &written, "mine"]);
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+    let errors = |text: &str, name: &str| {
+        // The header begins with `model` too.
+        let line = text.lines().filter_map(|line| line.strip_prefix(name)).next_back().expect("a line of errors");
+        line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(errors(&out(&again), "model "), errors(&said, "pair "), "it is another model");
+    let network = said.lines().find_map(|line| line.strip_prefix("pair: ")).expect("the folder of the network");
+    let twice = pliant(here, &["distil", network, "mine"]);
+    assert!(out(&twice).contains("normal_force"), "{}", String::from_utf8_lossy(&twice.stderr));
+    let none = complaint(&pliant(here, &["distil", "configs/model/still.toml", "mine"]));
+    assert!(none.contains("kind \"particles\""), "{none}");
+}
+
+#[test]
 fn bad_input_is_a_sentence_and_exit_code_two() {
     let folder = folder();
     let here = folder.path();

@@ -30,6 +30,7 @@ fn spec() -> TrainSpec {
         validation_horizon: 4,
         validate_every: 10,
         log_every: 5,
+        sparsity: 0.0,
         keep: Keep::Best,
         weights: "weights".to_owned(),
         seed: 7,

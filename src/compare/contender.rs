@@ -96,7 +96,8 @@ fn starts_from_recordings(model: &dyn WorldModel, data: &Split) -> bool {
 
 const FITTED: &str = "fitted.json";
 
-fn read_fitted(folder: &Path) -> anyhow::Result<Option<ModelSpec>> {
+/// The model that a stage left in its folder, if it has finished.
+pub(super) fn read_fitted(folder: &Path) -> anyhow::Result<Option<ModelSpec>> {
     let path = folder.join(FITTED);
     if !path.exists() {
         return Ok(None);

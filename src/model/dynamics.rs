@@ -1,4 +1,5 @@
 //! What a model's author writes.
+use super::law::Message;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
 use rayon::prelude::*;
 use std::path::Path;
@@ -31,6 +32,16 @@ pub trait Dynamics: Send + Sync {
     /// The adjoint of this model, if it has one.
     fn adjoint(&self) -> Option<&dyn Adjoint<Self::State>> {
         None
+    }
+
+    /// The messages of the laws that send any, at the start of an interval.
+    fn messages(&self, _scene: &Scene, _control: &Control) -> Vec<Message> {
+        Vec::new()
+    }
+    /// Adds `∂J/∂weights` to `weights` from `∂J/∂(N, T)` of every message, in the order of [`Dynamics::messages`].
+    fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
+        let _ = (scene, control, weights);
+        assert!(at.is_empty(), "a model that sends messages has no derivatives of them");
     }
 
     /// Trainable weights, flat; empty when nothing is learned.

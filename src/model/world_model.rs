@@ -1,5 +1,6 @@
 //! What everyone but a model's author holds: rollouts and their gradients, written once for every [`Dynamics`].
 use super::backward::sweep;
+use super::law::Message;
 use super::{Adjoint, Dynamics};
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
 use crate::tool::Motion;
@@ -74,6 +75,15 @@ pub trait WorldModel: Send + Sync {
         let _ = (scene, controls, cost, truncation);
         None
     }
+    /// See [`Dynamics::messages`].
+    fn messages(&self, _scene: &Scene, _control: &Control) -> Vec<Message> {
+        Vec::new()
+    }
+    /// See [`Dynamics::messages_vjp`].
+    fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
+        let _ = (scene, control, weights);
+        assert!(at.is_empty(), "a model that sends messages has no derivatives of them");
+    }
     /// See [`Dynamics::weights`].
     fn weights(&self) -> Vec<f32>;
     /// See [`Dynamics::set_weights`].
@@ -140,6 +150,14 @@ impl<D: Dynamics> WorldModel for D {
         };
         let swept = sweep(self, scene, controls, cost, truncation, pull)?;
         Some(ConstantGradient { cost: swept.cost, constants })
+    }
+
+    fn messages(&self, scene: &Scene, control: &Control) -> Vec<Message> {
+        Dynamics::messages(self, scene, control)
+    }
+
+    fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
+        Dynamics::messages_vjp(self, scene, control, at, weights);
     }
 
     fn weights(&self) -> Vec<f32> {

@@ -1,6 +1,7 @@
 //! Result rows → tables for people (terminal, Markdown), papers (LaTeX) and the report (HTML, plots).
 mod ablation;
 mod forecast;
+mod formulas;
 mod grid;
 mod identification;
 mod interval;
@@ -15,6 +16,7 @@ mod verdict;
 
 pub use ablation::{TrialRow, ablation};
 pub use forecast::forecast;
+pub use formulas::formulas;
 pub use grid::Grid;
 pub use identification::identification;
 pub use interval::Interval;

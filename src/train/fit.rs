@@ -1,5 +1,6 @@
 //! Stages that fit a model to data: what a model's config lists under `train`.
 use super::constants::{put, without};
+use super::distil::DistilSpec;
 use super::{Identifier, IdentifySpec, Split, TrainSpec, Trainer};
 use crate::model::ModelSpec;
 use crate::watch::Watch;
@@ -23,6 +24,7 @@ family! {
     FitSpec builds Box<dyn Fit> {
         Train(TrainSpec),
         Identify(IdentifySpec),
+        Distil(DistilSpec),
     }
 }
 

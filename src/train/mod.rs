@@ -5,6 +5,7 @@
 mod adam;
 mod checkpoint;
 mod constants;
+pub mod distil;
 mod evaluate;
 mod events;
 mod fit;
@@ -16,6 +17,7 @@ mod journal;
 mod matched;
 mod schedule;
 pub mod search;
+mod sparsity;
 mod split;
 mod train_spec;
 mod trainer;

@@ -66,6 +66,11 @@ pub struct TrainSpec {
     /// Steps between two lines of `metrics.jsonl`, and between two checkpoints.
     #[schemars(range(min = 1))]
     pub log_every: u64,
+    /// Weight of the mean of |N| + |T| over the messages at a window's start, by which what data do not ask for dies
+    /// (Cranmer et al. 2020) \[s²/m\].
+    #[serde(default, skip_serializing_if = "nothing")]
+    #[schemars(range(min = 0.0))]
+    pub sparsity: f64,
     /// Which weights are the result.
     pub keep: Keep,
     /// Path into the model's config of the key that is to name the file of trained weights.
@@ -82,6 +87,10 @@ pub enum Keep {
     Best,
     /// Those after the last step.
     Last,
+}
+
+fn nothing(weight: &f64) -> bool {
+    *weight == 0.0
 }
 
 fn is_zero(count: &u64) -> bool {
@@ -123,6 +132,7 @@ impl TrainSpec {
             ("moving", self.moving, 0.0, 1.0),
             ("motion", self.motion, 0.0, f64::MAX),
             ("validation", self.validation, 0.0, 0.9),
+            ("sparsity", self.sparsity, 0.0, f64::MAX),
         ];
         for (key, value, low, high) in ranges {
             let inside = low <= value && value <= high;

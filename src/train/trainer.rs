@@ -5,6 +5,7 @@ use super::evaluate::{Evaluation, evaluate};
 use super::journal::Journal;
 use super::matched::{Matched, displacement_scale};
 use super::schedule::rate_at;
+use super::sparsity::shrink;
 use super::split::{Split, set_aside};
 use super::train_spec::{Keep, TrainSpec};
 use super::unmatched::Unmatched;
@@ -88,6 +89,12 @@ impl Trainer {
         let weights = model.weights();
         anyhow::ensure!(!weights.is_empty(), "the model has no weights to train; choose a model with a learned part");
 
+        anyhow::ensure!(
+            spec.sparsity == 0.0 || windows.iter().any(|w| !model.messages(&w.scene, &w.controls[0]).is_empty()),
+            "`sparsity` of the training config shrinks messages, and the model sends none in the data; it needs a law of kind \
+             \"learned_pair\" within whose reach something is"
+        );
+
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         let path = folder.join("checkpoint.bin");
         let identity = self.identity(&weights, scale)?;
@@ -152,7 +159,13 @@ impl Trainer {
             .into_par_iter()
             .map(|window| {
                 let part = spec.unroll.part(fixed, window);
-                fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))
+                let mut gradient =
+                    fixed.weight_gradient(&part.scene, &part.controls, &*objective.cost(&part.targets))?;
+                if spec.sparsity > 0.0 {
+                    gradient.cost +=
+                        shrink(fixed, &part.scene, &part.controls[0], spec.sparsity, &mut gradient.weights);
+                }
+                Some(gradient)
             })
             .collect();
         let gradients = gradients.context("the model has no derivatives, so it cannot be trained")?;

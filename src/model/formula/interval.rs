@@ -44,6 +44,11 @@ impl Interval {
         (self.low.at == self.high.at).then_some(self.low.at)
     }
 
+    /// Halfway between its ends.
+    pub(super) fn middle(self) -> f64 {
+        0.5 * self.low.at + 0.5 * self.high.at
+    }
+
     /// Whether every number is above zero.
     pub fn is_positive(self) -> bool {
         self.low.at > 0.0 || (self.low.at == 0.0 && self.low.open)

@@ -13,6 +13,7 @@ mod frame;
 pub mod gravity;
 mod learned;
 mod learned_pair;
+mod message;
 mod neural_constants;
 pub mod pair;
 pub mod tool;
@@ -21,6 +22,7 @@ pub mod viscosity;
 pub use frame::FrameSpec;
 pub use learned::{Learned, LearnedSpec};
 pub use learned_pair::{LearnedPair, LearnedPairSpec};
+pub use message::Message;
 pub use neural_constants::{NeuralConstants, NeuralConstantsSpec};
 
 /// What a law may look at.
@@ -108,6 +110,15 @@ pub trait Law: Send + Sync {
     /// What two particles do to each other, where the law is nothing else and says it pair by pair.
     fn into_pair(self: Box<Self>) -> Option<Box<dyn pair::Pair>> {
         None
+    }
+    /// What it says in every meeting, where it is a sum of messages along normals and slidings.
+    fn messages(&self, _: &View<'_>) -> Vec<Message> {
+        Vec::new()
+    }
+    /// Adds `∂J/∂weights` to `weights` from `∂J/∂(N, T)` of every message, in the order of [`Law::messages`].
+    fn messages_vjp(&self, view: &View<'_>, at: &[[f64; 2]], weights: &mut [f32]) {
+        let _ = (view, weights);
+        assert!(at.is_empty(), "a law that sends messages has no derivatives of them");
     }
     /// Trainable weights, flat.
     fn weights(&self) -> Vec<f32> {

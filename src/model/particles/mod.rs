@@ -6,7 +6,7 @@
 //! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
 //! corrections may change at the end of the control step, one after the other.
 use super::correction::{Correction, CorrectionSpec};
-use super::law::{Law, LawSpec, Rate};
+use super::law::{Law, LawSpec, Message, Rate};
 use super::{Adjoint, Dynamics};
 use crate::graph::{GraphPolicy, GraphSpec};
 use crate::state::{Control, Particles, Scene};
@@ -19,6 +19,7 @@ use std::path::Path;
 
 mod adjoint;
 mod interval;
+mod messages;
 mod neighbours;
 mod rigid;
 mod state;
@@ -180,6 +181,14 @@ impl Dynamics for ParticleModel {
 
     fn adjoint(&self) -> Option<&dyn Adjoint<ParticleState>> {
         Some(self)
+    }
+
+    fn messages(&self, scene: &Scene, control: &Control) -> Vec<Message> {
+        self.said(scene, control)
+    }
+
+    fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
+        self.said_vjp(scene, control, at, weights);
     }
 
     fn weights(&self) -> Vec<f32> {

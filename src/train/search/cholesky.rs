@@ -1,11 +1,11 @@
 //! The Cholesky factor of a symmetric positive definite matrix.
 
 /// `K = L Lᵀ`, the lower triangle row by row.
-pub(super) struct Cholesky(Vec<Vec<f64>>);
+pub(in crate::train) struct Cholesky(Vec<Vec<f64>>);
 
 impl Cholesky {
     /// Of the matrix whose lower rows `entry` gives, or `None` where it is not positive definite.
-    pub(super) fn new(count: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
+    pub(in crate::train) fn new(count: usize, entry: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(count);
         for i in 0..count {
             let mut row: Vec<f64> = Vec::with_capacity(i + 1);
@@ -24,7 +24,7 @@ impl Cholesky {
     }
 
     /// x of `L x = b`.
-    pub(super) fn forward(&self, b: &[f64]) -> Vec<f64> {
+    pub(in crate::train) fn forward(&self, b: &[f64]) -> Vec<f64> {
         let mut x: Vec<f64> = Vec::with_capacity(b.len());
         for (row, b) in self.0.iter().zip(b) {
             let sum: f64 = row.iter().zip(&x).map(|(l, x)| l * x).sum();
@@ -34,7 +34,7 @@ impl Cholesky {
     }
 
     /// x of `Lᵀ x = b`.
-    pub(super) fn backward(&self, mut b: Vec<f64>) -> Vec<f64> {
+    pub(in crate::train) fn backward(&self, mut b: Vec<f64>) -> Vec<f64> {
         for i in (0..b.len()).rev() {
             b[i] /= self.0[i][i];
             let x = b[i];

@@ -16,6 +16,7 @@ mod random;
 mod tried;
 
 pub use bayesian::{Bayesian, BayesianSpec};
+pub(super) use cholesky::Cholesky;
 pub use cma::{Cma, CmaSpec};
 pub use cma_then_gradient::{CmaThenGradient, CmaThenGradientSpec};
 pub use cone::Cone;

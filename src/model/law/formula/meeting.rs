@@ -1,5 +1,5 @@
 //! A block of meetings: invariants into the formulas, accelerations and gradients out of them.
-use super::programs::{Motion, OUTPUTS, Programs};
+use super::programs::{Motion, OUTPUTS, Programs, REST};
 use crate::model::formula::{BLOCK, Program, Workspace};
 use crate::model::law::compliant::ContactGrad;
 use glam::DVec3;
@@ -10,10 +10,6 @@ pub(super) type Row = [f64; BLOCK];
 /// A vector for each meeting of a block, by component.
 #[derive(Clone)]
 pub(super) struct Rows(pub(super) [Row; 3]);
-
-/// Below the square of any speed that matters: keeps T/|v_t| and its slopes quotients of numbers at rest, where their third power
-/// is still a number.
-const REST: f64 = 1e-100;
 
 impl Rows {
     fn zero() -> Self {

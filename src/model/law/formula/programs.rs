@@ -18,6 +18,10 @@ pub(super) const OUTPUTS: usize = 2;
 const ALONG: [&Direction<'static>; 3] =
     [&[("r", Rational::ONE), ("overlap", Rational::MINUS_ONE)], &[("vn", Rational::ONE)], &[("vt2", Rational::ONE)]];
 
+/// Below the square of any speed that matters: keeps T/|v_t| and its slopes quotients of numbers at rest, where their third power
+/// is still a number.
+pub(super) const REST: f64 = 1e-100;
+
 /// Whether a law looks at velocities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Motion {
@@ -98,6 +102,24 @@ impl Programs {
         let forward = compiled(&mut e.clone(), &formulas, &[], &ranges);
         let (adjoint, slopes) = (OnceLock::new(), OnceLock::new());
         Ok(Self { expressions: e, formulas, ranges, forward, adjoint, slopes, constants: reaches, reach, motion })
+    }
+
+    /// N and T \[m/s²\] in meetings of distance r \[m\], separating speed v_n and sliding speed |v_t| \[m/s\]; zero beyond
+    /// the reach.
+    pub fn forces(&self, meetings: &[[f64; 3]]) -> Vec<[f64; 2]> {
+        let column = |of: &dyn Fn(&[f64; 3]) -> f64| meetings.iter().map(of).collect::<Vec<f64>>();
+        let inputs = [
+            column(&|[r, ..]| *r),
+            column(&|[r, ..]| self.reach - r),
+            column(&|[_, vn, _]| *vn),
+            column(&|[.., vt]| vt * vt + REST),
+        ];
+        let inputs: Vec<&[f64]> = inputs.iter().map(Vec::as_slice).collect();
+        let found = self.forward.program.evaluate(meetings.len(), &inputs);
+        let one = |(k, [r, _, vt]): (usize, &[f64; 3])| {
+            if *r < self.reach { [found[0][k], found[1][k] * vt] } else { [0.0, 0.0] }
+        };
+        meetings.iter().enumerate().map(one).collect()
     }
 
     /// The program of the accelerations.

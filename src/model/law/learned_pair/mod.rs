@@ -1,76 +1,19 @@
 //! A small network as a law of every substep: what two particles do to each other, and what tool and table do to one.
-use super::compliant::{ContactGrad, positive};
+mod meeting;
+mod spec;
+
+use super::compliant::ContactGrad;
+use super::message::Message;
 use super::pair::PARTICLE;
-use super::tool::Touch;
 use super::{Law, View, ViewGrad};
-use crate::graph::{EDGE_KINDS, kinds_named};
 use crate::model::net::Stack;
 use crate::model::placed::Placed;
-use crate::state::Wall;
-use anyhow::ensure;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use meeting::{Ends, Meeting};
+use std::path::Path;
 
-/// Config of [`LearnedPair`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LearnedPairSpec {
-    /// Width of both hidden layers.
-    #[schemars(range(min = 1, max = 256))]
-    pub width: usize,
-    /// What acts on a particle: `particle`, `tool`, `floor`, each with a network of its own.
-    pub edges: Vec<String>,
-    /// Distance of two centres beyond which there is nothing \[m\].
-    #[schemars(range(min = 1e-6))]
-    pub radius: f64,
-    /// Distance from the tool's surface and from the table beyond which there is nothing \[m\].
-    #[schemars(range(min = 1e-6))]
-    pub skin: f64,
-    /// Acceleration that an output of one stands for \[m/s²\].
-    #[schemars(range(min = 1e-9))]
-    pub strength: f64,
-    /// Relative speed that counts as one \[m/s\].
-    #[schemars(range(min = 1e-9))]
-    pub speed: f64,
-    /// Seed of the untrained weights.
-    pub seed: u64,
-    /// File of trained weights (safetensors).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub weights: Option<PathBuf>,
-}
+pub use spec::LearnedPairSpec;
 
-impl LearnedPairSpec {
-    /// The law, with the weights of the file or untrained.
-    ///
-    /// # Errors
-    /// A sentence naming the impossible key, or what is wrong with the file of weights.
-    pub fn build(self) -> anyhow::Result<LearnedPair> {
-        ensure!((1..=256).contains(&self.width), "width must be between 1 and 256, got {}", self.width);
-        let lengths =
-            [("radius", self.radius), ("skin", self.skin), ("strength", self.strength), ("speed", self.speed)];
-        lengths.into_iter().try_for_each(|(key, value)| positive("learned_pair", key, value))?;
-        let kinds = kinds_named("edges", &self.edges)?;
-        for (i, kind) in kinds.iter().enumerate() {
-            ensure!(!kinds[..i].contains(kind), "edges names {:?} twice", self.edges[i]);
-            ensure!(
-                *kind < WITHOUT_ROOTS,
-                "edges names {:?}; a learned pair law knows {}",
-                self.edges[i],
-                EDGE_KINDS[..WITHOUT_ROOTS].iter().map(|kind| kind.name()).collect::<Vec<_>>().join(", ")
-            );
-        }
-        let mut stack = Stack::new(&self.edges, [INPUTS, self.width, OUTPUTS], self.seed);
-        if let Some(path) = &self.weights {
-            stack.load(path)?;
-        }
-        Ok(LearnedPair { kinds, stack, spec: self })
-    }
-}
-
-/// Places in [`EDGE_KINDS`] before this are of kinds that need no roots: particle, tool and floor.
-const WITHOUT_ROOTS: usize = 3;
 /// Distance, separating speed, sliding speed.
 const INPUTS: usize = 3;
 /// Along the normal, and along the sliding.
@@ -89,68 +32,9 @@ pub struct LearnedPair {
     spec: LearnedPairSpec,
 }
 
-/// Who meets whom.
-enum Ends<'a> {
-    Pair(usize, usize),
-    Touch(Box<Touch<'a>>),
-    Plane(usize, DVec3),
-}
-
-/// One meeting, and its invariants.
-struct Meeting<'a> {
-    ends: Ends<'a>,
-    distance: f64,
-    normal: DVec3,
-    velocity: DVec3,
-    separating: f64,
-    sliding: DVec3,
-}
-
-impl<'a> Meeting<'a> {
-    fn new(ends: Ends<'a>, distance: f64, normal: DVec3, velocity: DVec3) -> Self {
-        let separating = velocity.dot(normal);
-        Self { ends, distance, normal, velocity, separating, sliding: velocity - separating * normal }
-    }
-}
-
 impl LearnedPair {
     fn reach_of(&self, kind: usize) -> f64 {
         if kind == PARTICLE { self.spec.radius } else { self.spec.skin }
-    }
-
-    /// All meetings of one kind, in a fixed order.
-    fn meetings<'a>(&self, kind: usize, view: &View<'a>, parts: &'a [Placed<'a>]) -> Vec<Meeting<'a>> {
-        let (positions, velocities) = (&view.particles.positions[..], &view.particles.velocities[..]);
-        let reach = self.reach_of(kind);
-        let mut found = Vec::new();
-        match kind {
-            PARTICLE => {
-                for (i, j) in view.graph.edges[PARTICLE].pairs() {
-                    let offset = positions[i] - positions[j];
-                    let distance = offset.length();
-                    // Two particles in one place have no direction to push in.
-                    if distance < reach && distance > 0.0 {
-                        let velocity = velocities[i] - velocities[j];
-                        found.push(Meeting::new(Ends::Pair(i, j), distance, offset / distance, velocity));
-                    }
-                }
-            }
-            1 => Placed::touches(parts, positions, |touch| {
-                let (distance, normal, velocity) = (touch.distance(), touch.normal(), touch.velocity(view));
-                found.push(Meeting::new(Ends::Touch(Box::new(touch)), distance, normal, velocity));
-            }),
-            _ => {
-                for plane in std::iter::once(&Wall::FLOOR).chain(view.walls) {
-                    for (i, (x, v)) in positions.iter().zip(velocities).enumerate() {
-                        let distance = plane.distance(*x);
-                        if distance < reach {
-                            found.push(Meeting::new(Ends::Plane(i, plane.normal), distance, plane.normal, *v));
-                        }
-                    }
-                }
-            }
-        }
-        found
     }
 
     fn inputs(&self, meetings: &[Meeting<'_>], reach: f64) -> Vec<f64> {
@@ -178,6 +62,12 @@ impl LearnedPair {
     fn slide(&self, m: &Meeting<'_>) -> (DVec3, f64) {
         let root = (m.sliding.length_squared() + self.spec.speed * self.spec.speed).sqrt();
         (m.sliding / root, root)
+    }
+
+    /// `|v_t|` and `|v_t|/√(|v_t|² + V²)`.
+    fn pace(&self, m: &Meeting<'_>) -> (f64, f64) {
+        let speed = m.sliding.length();
+        (speed, speed / self.slide(m).1)
     }
 
     /// `∂J/∂(r, n, v)` of a meeting from `at` = `∂J/∂a`, the outputs and `∂J/∂inputs`.
@@ -267,6 +157,40 @@ impl Law for LearnedPair {
                     }
                 }
             }
+        }
+    }
+
+    fn messages(&self, view: &View<'_>) -> Vec<Message> {
+        let parts = self.parts(view);
+        let mut all = Vec::new();
+        for (&kind, network) in self.kinds.iter().zip(self.stack.networks()) {
+            let reach = self.reach_of(kind);
+            let meetings = self.meetings(kind, view, &parts);
+            let outputs = network.forward(self.inputs(&meetings, reach));
+            all.extend(meetings.iter().zip(outputs.rows()).map(|(m, o)| {
+                let (push, (sliding, drag)) = (self.spec.strength * Self::window(m.distance, reach).0, self.pace(m));
+                let (distance, separating) = (m.distance, m.separating);
+                Message { kind, distance, separating, sliding, normal: push * o[0], tangential: push * drag * o[1] }
+            }));
+        }
+        all
+    }
+
+    fn messages_vjp(&self, view: &View<'_>, mut at: &[[f64; 2]], mut weights: &mut [f32]) {
+        let parts = self.parts(view);
+        for (&kind, network) in self.kinds.iter().zip(self.stack.networks()) {
+            let reach = self.reach_of(kind);
+            let meetings = self.meetings(kind, view, &parts);
+            let outputs = network.forward(self.inputs(&meetings, reach));
+            let (own, others) = at.split_at(meetings.len());
+            let by_output = |(m, at): (&Meeting<'_>, &[f64; 2])| {
+                let push = self.spec.strength * Self::window(m.distance, reach).0;
+                [push * at[0], push * self.pace(m).1 * at[1]]
+            };
+            let at_outputs: Vec<f64> = meetings.iter().zip(own).flat_map(by_output).collect();
+            let (mine, rest) = weights.split_at_mut(network.weight_count());
+            network.pull(&outputs, &at_outputs, mine);
+            (at, weights) = (others, rest);
         }
     }
 
