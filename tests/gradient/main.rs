@@ -25,6 +25,7 @@ mod neural_constants;
 mod pairs;
 mod problem;
 mod projection;
+mod verlet;
 
 #[derive(Deserialize)]
 struct Contender {

@@ -15,6 +15,7 @@ mod integrator;
 mod motion;
 mod rigid;
 mod spec;
+mod verlet;
 
 #[derive(Deserialize)]
 struct Contender {

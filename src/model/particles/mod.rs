@@ -1,9 +1,9 @@
-//! Particles under a list of laws, integrated by semi-implicit Euler, with a hand-written adjoint.
+//! Particles under a list of laws, integrated over substeps, with a hand-written adjoint.
 //!
 //! One control step of duration T is K substeps of `h = T/K`; laws of [`Rate::Step`] are asked once, with the tool at the end of
 //! the step, and their acceleration is held; laws of [`Rate::Substep`] are asked in every substep k with the tool a fraction
-//! `(k + 1)/K` of its way: `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`. Written, learned and hybrid models differ only in
-//! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
+//! `(k + 1)/K` of its way: by default `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`, see [`IntegratorSpec`]. Written, learned and
+//! hybrid models differ only in their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
 //! corrections may change at the end of the control step, one after the other.
 use super::correction::{Correction, CorrectionSpec};
 use super::law::{Law, LawSpec, Rate};
@@ -11,6 +11,7 @@ use super::{Adjoint, Dynamics};
 use crate::graph::{GraphPolicy, GraphSpec};
 use crate::state::{Control, Particles, Scene};
 use anyhow::{Context, ensure};
+use integrator::Integrator;
 use interval::Interval;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,11 +19,16 @@ use std::ops::Range;
 use std::path::Path;
 
 mod adjoint;
+mod backward;
+mod integrator;
 mod interval;
 mod neighbours;
 mod rigid;
 mod state;
+mod substeps;
+mod tape;
 
+pub use integrator::IntegratorSpec;
 pub use state::ParticleState;
 
 /// Config of [`ParticleModel`].
@@ -35,6 +41,9 @@ pub struct ParticlesSpec {
     /// Fraction of the velocity kept over one control step where nothing acts; 1 has no drag, 0 no inertia \[1\].
     #[schemars(range(min = 0.0, max = 1.0))]
     pub keep: f64,
+    /// What takes particles through a substep.
+    #[serde(default, skip_serializing_if = "IntegratorSpec::is_default")]
+    pub integrator: IntegratorSpec,
     /// Numbers of the bodies that keep their shape.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rigid: Vec<u32>,
@@ -64,7 +73,7 @@ impl ParticlesSpec {
             "dynamics.rigid names bodies that keep their shape, which dynamics.corrections would bend; leave one of them out"
         );
         let model = ParticleModel::new(self.substeps, self.keep, graph, laws)?;
-        ParticleModel { rigid: self.rigid, names, ..model }.corrected(corrections)
+        ParticleModel { rigid: self.rigid, names, ..model }.integrated(self.integrator)?.corrected(corrections)
     }
 }
 
@@ -72,6 +81,7 @@ impl ParticlesSpec {
 pub struct ParticleModel {
     substeps: usize,
     keep: f64,
+    integrator: Box<dyn Integrator>,
     rigid: Vec<u32>,
     graph: Option<Box<dyn GraphPolicy>>,
     laws: Vec<Box<dyn Law>>,
@@ -116,7 +126,27 @@ impl ParticleModel {
         let names = (0..laws.len()).map(|place| place.to_string()).collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
         let (rigid, corrections, corrected) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { substeps, keep, rigid, graph, laws, corrections, memory, names, spans, corrected })
+        let integrator = IntegratorSpec::default().build();
+        Ok(Self { substeps, keep, integrator, rigid, graph, laws, corrections, memory, names, spans, corrected })
+    }
+
+    /// The same model, taken through its substeps by `integrator`.
+    ///
+    /// # Errors
+    /// When that cannot move rigid bodies, or does not move at all without inertia.
+    pub fn integrated(self, integrator: IntegratorSpec) -> anyhow::Result<Self> {
+        if integrator == IntegratorSpec::VelocityVerlet {
+            ensure!(
+                self.rigid.is_empty(),
+                "dynamics.rigid names bodies that keep their shape, which dynamics.integrator = \"velocity_verlet\" cannot move; leave \
+                 one of them out"
+            );
+            ensure!(
+                self.keep > 0.0,
+                "dynamics.keep must be above 0 where dynamics.integrator is \"velocity_verlet\": without inertia nothing moves"
+            );
+        }
+        Ok(Self { integrator: integrator.build(), ..self })
     }
 
     /// The same model, its predictions changed by `corrections` at the end of every control step, in their order.
@@ -170,7 +200,7 @@ impl Dynamics for ParticleModel {
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
         let interval = Interval::new(self, state, control);
-        let particles = interval.correct(interval.advance(None), None);
+        let particles = interval.correct(self.integrator.advance(&interval, None), None);
         state.next(particles, control)
     }
 
