@@ -15,6 +15,7 @@ use serde::Deserialize;
 use std::sync::Arc;
 
 mod agreement;
+mod bonds;
 mod constants;
 mod direction;
 mod drift;

@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use std::sync::Arc;
 
+mod bonds;
 mod dough;
 mod integrator;
 mod motion;

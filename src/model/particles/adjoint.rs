@@ -5,8 +5,14 @@ use super::tape::Tape;
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
 use crate::model::cotangent::StateGrad;
+use crate::model::law::History;
 use crate::state::{Control, ControlGrad, ParticlesGrad, SceneGrad};
 use glam::DVec3;
+
+/// Numbers that laws remember, which follow those of [`StateGrad`] in the flat list.
+fn numbers(histories: &[History]) -> usize {
+    histories.iter().map(|history| history.values().len()).sum()
+}
 
 impl ParticleModel {
     /// The corrections first, then the substeps, whose held accelerations collect `Σ λ_a` that is pulled back once; constants collect
@@ -22,13 +28,19 @@ impl ParticleModel {
         let interval = Interval::new(self, state, control);
         let mut tape = Tape::default();
         let mut given = Vec::new();
-        interval.correct(self.integrator.advance(&interval, Some(&mut tape)), Some(&mut given));
+        let (predicted, histories) = self.integrator.advance(&interval, Some(&mut tape));
+        interval.correct(predicted, Some(&mut given));
+        let (next, mut remembered) = next.split_at(next.len() - numbers(&histories));
 
         let StateGrad { particles, past: mut newer, poses: to } = StateGrad::read(next, count, state.past.len());
         // The next state remembers this one's velocities first, and then what this one does.
         newer.push(vec![DVec3::ZERO; count]);
         let velocities = newer.remove(0);
         let mut back = Backward::new(&interval, particles, newer, to);
+        back.histories = histories
+            .iter()
+            .map(|history| remembered.split_off(..history.values().len()).unwrap_or_default().to_vec())
+            .collect();
         let start = back.corrections(&given, owned.weights);
         let mut at_held = vec![DVec3::ZERO; count];
         self.integrator.pull(&mut back, &tape, &mut at_held, &mut owned);
@@ -42,7 +54,9 @@ impl ParticleModel {
             .zip(by_velocities)
             .for_each(|((own, next), by)| *own += next + by);
         let at_state = StateGrad { particles: back.particles, past: back.past, poses: back.from };
-        (at_state.flat(), ControlGrad { poses: back.to })
+        let mut flat = at_state.flat();
+        flat.extend(back.histories.iter().flatten());
+        (flat, ControlGrad { poses: back.to })
     }
 }
 
@@ -80,11 +94,20 @@ impl Adjoint<ParticleState> for ParticleModel {
             positions: state.order.gather(&particles.positions),
             velocities: state.order.gather(&particles.velocities),
         };
-        StateGrad::of(particles, state.past.len(), state.poses.len()).flat()
+        let mut flat = StateGrad::of(particles, state.past.len(), state.poses.len()).flat();
+        flat.resize(flat.len() + numbers(&state.histories), 0.0);
+        flat
     }
 
     fn encode_vjp(&self, start: &ParticleState, at_start: &[f64], _: &mut [f32]) -> SceneGrad {
-        let StateGrad { particles, poses, .. } = StateGrad::read(at_start, start.particles.len(), start.past.len());
+        let (at_start, mut remembered) = at_start.split_at(at_start.len() - numbers(&start.histories));
+        let StateGrad { mut particles, poses, .. } = StateGrad::read(at_start, start.particles.len(), start.past.len());
+        for (law, history) in self.laws.iter().zip(&start.histories) {
+            let at = remembered.split_off(..history.values().len()).unwrap_or_default();
+            if let Some(memory) = law.remembers() {
+                memory.begin_vjp(&start.particles, history, at, &mut particles);
+            }
+        }
         let particles = ParticlesGrad {
             positions: start.order.scatter(&particles.positions),
             velocities: start.order.scatter(&particles.velocities),

@@ -18,6 +18,8 @@ pub(super) struct Backward<'a> {
     pub(super) interval: &'a Interval<'a>,
     pub(super) particles: ParticlesGrad,
     pub(super) past: Vec<Vec<DVec3>>,
+    /// By what each law of the model remembers.
+    pub(super) histories: Vec<Vec<f64>>,
     /// `∂J/∂(start poses)` and `∂J/∂(end poses)`.
     pub(super) from: Vec<PoseGrad>,
     pub(super) to: Vec<PoseGrad>,
@@ -38,7 +40,18 @@ impl<'a> Backward<'a> {
     ) -> Self {
         let nothing = vec![PoseGrad::default(); to.len()];
         let twists = vec![Twist::default(); to.len()];
-        Self { interval, particles, past, from: nothing.clone(), to, poses: nothing, twists, places: Vec::new() }
+        let histories = Vec::new();
+        Self {
+            interval,
+            particles,
+            past,
+            histories,
+            from: nothing.clone(),
+            to,
+            poses: nothing,
+            twists,
+            places: Vec::new(),
+        }
     }
 
     /// Pulls `at` = `∂J/∂acceleration` back through the laws of substeps as they were asked.
@@ -46,8 +59,23 @@ impl<'a> Backward<'a> {
         let interval = self.interval;
         let mut poses = std::mem::take(&mut self.places);
         interval.place(asked.fraction, &mut poses);
-        let view = |law: &dyn Law| interval.view(&asked.particles, asked.lists.of(law.reach()), &poses);
-        self.laws(Rate::Substep, view, at, asked.fraction, owned);
+        let view = |law: &dyn Law, place: usize| View {
+            history: &asked.after[place],
+            ..interval.view(&asked.particles, asked.lists.of(law.reach()), &poses)
+        };
+        self.laws(Rate::Substep, view, at, owned);
+        for (law, spans) in interval.model.laws(Rate::Substep) {
+            let Some(memory) = law.remembers() else { continue };
+            let before = &asked.before[spans.place];
+            let view = View { history: before, ..view(law, spans.place) };
+            let at = std::mem::replace(&mut self.histories[spans.place], vec![0.0; before.values().len()]);
+            if !owned.constants.is_empty() {
+                let own = &mut owned.constants[spans.constants.clone()];
+                memory.advance_constants_vjp(&view, asked.duration, &at, own);
+            }
+            self.grad(spans.place, &mut [], |grad| memory.advance_vjp(&view, asked.duration, &at, grad));
+        }
+        self.settle(asked.fraction);
         self.places = poses;
     }
 
@@ -56,38 +84,44 @@ impl<'a> Backward<'a> {
         let Interval { state, control, held, .. } = self.interval;
         if let Some((graph, _)) = held {
             let interval = self.interval;
-            let view = |_: &dyn Law| interval.view(&state.particles, graph, &control.poses);
-            self.laws(Rate::Step, view, at, 1.0, owned);
+            let view = |_: &dyn Law, _: usize| interval.view(&state.particles, graph, &control.poses);
+            self.laws(Rate::Step, view, at, owned);
+            self.settle(1.0);
         }
     }
 
-    /// Pulls `at` = `∂J/∂acceleration` back through the laws of one rate, each with its own view, the tool a `fraction` of its
-    /// way.
+    /// Pulls `at` = `∂J/∂acceleration` back through the laws of one rate, each with its own view.
     fn laws<'v>(
         &mut self,
         rate: Rate,
-        view: impl Fn(&dyn Law) -> View<'v>,
+        view: impl Fn(&dyn Law, usize) -> View<'v>,
         at: &[DVec3],
-        fraction: f64,
         owned: &mut Owned<'_>,
     ) {
         for (law, spans) in self.interval.model.laws(rate) {
             if !owned.constants.is_empty() {
-                law.constants_vjp(&view(law), at, &mut owned.constants[spans.constants.clone()]);
+                law.constants_vjp(&view(law, spans.place), at, &mut owned.constants[spans.constants.clone()]);
             }
             let own = if owned.weights.is_empty() { 0..0 } else { spans.weights.clone() };
-            let mut grad = ViewGrad {
-                particles: std::mem::take(&mut self.particles),
-                past: std::mem::take(&mut self.past),
-                poses: std::mem::take(&mut self.poses),
-                twists: std::mem::take(&mut self.twists),
-                weights: &mut owned.weights[own],
-            };
-            law.accelerate_vjp(&view(law), at, &mut grad);
-            (self.particles, self.past) = (grad.particles, grad.past);
-            (self.poses, self.twists) = (grad.poses, grad.twists);
+            let view = view(law, spans.place);
+            self.grad(spans.place, &mut owned.weights[own], |grad| law.accelerate_vjp(&view, at, grad));
         }
-        self.settle(fraction);
+    }
+
+    /// Lets `add` add to what flows backwards, of which the law at `place` sees its own memory.
+    fn grad(&mut self, place: usize, weights: &mut [f32], add: impl FnOnce(&mut ViewGrad<'_>)) {
+        let mut grad = ViewGrad {
+            particles: std::mem::take(&mut self.particles),
+            past: std::mem::take(&mut self.past),
+            poses: std::mem::take(&mut self.poses),
+            twists: std::mem::take(&mut self.twists),
+            history: std::mem::take(&mut self.histories[place]),
+            weights,
+        };
+        add(&mut grad);
+        (self.particles, self.past) = (grad.particles, grad.past);
+        (self.poses, self.twists) = (grad.poses, grad.twists);
+        self.histories[place] = grad.history;
     }
 
     /// Pulls `∂J/∂particles` at the end of the interval back through the corrections, each given what `tape` says; returns
@@ -102,6 +136,7 @@ impl<'a> Backward<'a> {
                 past: std::mem::take(&mut self.past),
                 poses: std::mem::take(&mut self.poses),
                 twists: std::mem::take(&mut self.twists),
+                history: Vec::new(),
                 weights: &mut weights[own],
             };
             let at = std::mem::take(&mut self.particles);

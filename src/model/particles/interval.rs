@@ -2,7 +2,7 @@
 use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
 use crate::model::correction::Outcome;
-use crate::model::law::{Rate, View};
+use crate::model::law::{History, Rate, View};
 use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
 
@@ -73,11 +73,23 @@ impl<'a> Interval<'a> {
         predicted
     }
 
-    /// What a law sees.
+    /// What a law sees that remembers nothing.
     pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
         let ParticleState { past, body, walls, constants, tool, interval, .. } = self.state;
         let twists = &self.twists;
-        View { particles, past, body, walls, constants, graph, tool, poses, twists, interval: *interval }
+        View {
+            particles,
+            past,
+            body,
+            walls,
+            constants,
+            graph,
+            tool,
+            poses,
+            twists,
+            interval: *interval,
+            history: History::NONE,
+        }
     }
 
     /// How far the tool has come at the end of substep `k`, of its way.

@@ -6,7 +6,7 @@
 //! hybrid models differ only in their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
 //! corrections may change at the end of the control step, one after the other.
 use super::correction::{Correction, CorrectionSpec};
-use super::law::{Law, LawSpec, Rate};
+use super::law::{History, Law, LawSpec, Rate};
 use super::{Adjoint, Dynamics};
 use crate::graph::{GraphPolicy, GraphSpec};
 use crate::state::{Control, Particles, Scene};
@@ -96,10 +96,12 @@ pub struct ParticleModel {
     corrected: Vec<Range<usize>>,
 }
 
-/// Where a law's weights and constants lie in the model's.
+/// Where what a law owns lies in what the model owns.
 struct Spans {
     weights: Range<usize>,
     constants: Range<usize>,
+    /// Its place in the list of laws, and what it remembers in that of memories.
+    place: usize,
 }
 
 impl ParticleModel {
@@ -122,7 +124,7 @@ impl ParticleModel {
         // The first constant is `keep`.
         let constants = spans(1, laws.iter().map(|law| law.constants().len()));
         let own = spans(0, laws.iter().map(|law| law.weights().len())).into_iter().zip(constants);
-        let spans = own.map(|(weights, constants)| Spans { weights, constants }).collect();
+        let spans = own.enumerate().map(|(place, (weights, constants))| Spans { weights, constants, place }).collect();
         let names = (0..laws.len()).map(|place| place.to_string()).collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
         let (rigid, corrections, corrected) = (Vec::new(), Vec::new(), Vec::new());
@@ -195,13 +197,17 @@ impl Dynamics for ParticleModel {
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
-        ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory)
+        let state = ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory);
+        let begin = |law: &Box<dyn Law>| {
+            law.remembers().map_or_else(History::default, |memory| memory.begin(&state.particles, &state.body))
+        };
+        ParticleState { histories: self.laws.iter().map(begin).collect(), ..state }
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
         let interval = Interval::new(self, state, control);
-        let particles = interval.correct(self.integrator.advance(&interval, None), None);
-        state.next(particles, control)
+        let (particles, histories) = self.integrator.advance(&interval, None);
+        state.next(interval.correct(particles, None), histories, control)
     }
 
     fn decode(&self, state: &ParticleState) -> Particles {

@@ -1,6 +1,7 @@
 //! What the adjoint of one control step needs of it.
 use super::neighbours::Lists;
 use super::rigid::RigidMotion;
+use crate::model::law::History;
 use crate::state::Particles;
 use glam::DVec3;
 use std::sync::Arc;
@@ -23,4 +24,9 @@ pub(super) struct Asked {
     pub(super) lists: Arc<Lists>,
     /// How far the tool had come, of its way.
     pub(super) fraction: f64,
+    /// Time since they were asked before \[s\].
+    pub(super) duration: f64,
+    /// What each law remembered then, and what it remembers now.
+    pub(super) before: Vec<History>,
+    pub(super) after: Vec<History>,
 }

@@ -2,6 +2,7 @@
 use super::backward::{Backward, Owned};
 use super::interval::Interval;
 use super::tape::Tape;
+use crate::model::law::History;
 use crate::state::Particles;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -43,8 +44,8 @@ impl IntegratorSpec {
 
 /// An integrator over the substeps of one interval.
 pub(super) trait Integrator: Send + Sync {
-    /// The particles at the end; what happened goes onto the tape, where there is one.
-    fn advance(&self, interval: &Interval<'_>, tape: Option<&mut Tape>) -> Particles;
-    /// Pulls `∂J/∂particles` in `back` from the end of the interval to its start; adds the derivative by held accelerations to `held`.
+    /// The particles at the end and what laws remember then; what happened goes onto the tape, where there is one.
+    fn advance(&self, interval: &Interval<'_>, tape: Option<&mut Tape>) -> (Particles, Vec<History>);
+    /// Pulls `∂J/∂particles` and what laws remember in `back` from the end of the interval to its start; adds the derivative by held accelerations to `held`.
     fn pull(&self, back: &mut Backward<'_>, tape: &Tape, held: &mut [DVec3], owned: &mut Owned<'_>);
 }

@@ -1,9 +1,10 @@
 //! Semi-implicit Euler: the velocity first, then the position by the new velocity.
 use super::Integrator;
+use crate::model::law::History;
 use crate::model::particles::backward::{Backward, Owned};
 use crate::model::particles::interval::Interval;
 use crate::model::particles::rigid::RigidMotion;
-use crate::model::particles::substeps::Substeps;
+use crate::model::particles::substeps::{Moment, Substeps};
 use crate::model::particles::tape::Tape;
 use crate::state::{Particles, ParticlesGrad};
 use glam::DVec3;
@@ -12,14 +13,19 @@ use glam::DVec3;
 pub(super) struct SemiImplicitEuler;
 
 impl Integrator for SemiImplicitEuler {
-    fn advance(&self, interval: &Interval<'_>, mut tape: Option<&mut Tape>) -> Particles {
+    fn advance(&self, interval: &Interval<'_>, mut tape: Option<&mut Tape>) -> (Particles, Vec<History>) {
         let bodies = &interval.state.rigid;
         let mut particles = interval.state.particles.clone();
         let mut substeps = Substeps::new(interval);
         let mut acceleration = vec![DVec3::ZERO; particles.len()];
         for k in 0..interval.model.substeps {
             let start = (!bodies.is_empty()).then(|| particles.positions.clone());
-            substeps.ask(&particles, interval.fraction(k), &mut acceleration, tape.as_deref_mut());
+            substeps.ask(
+                &particles,
+                Moment { fraction: interval.fraction(k), duration: interval.h },
+                &mut acceleration,
+                tape.as_deref_mut(),
+            );
             let Particles { positions, velocities } = &mut particles;
             for ((x, v), a) in positions.iter_mut().zip(velocities).zip(&acceleration) {
                 *v = interval.keep * *v + interval.h * *a;
@@ -32,7 +38,7 @@ impl Integrator for SemiImplicitEuler {
                 tape.rigid.push(rigid);
             }
         }
-        particles
+        (particles, substeps.remembered())
     }
 
     /// With λ = `∂J/∂` of what follows: `λ_a = h (λ_v + h λ_x)`, `λ_v ← κ (λ_v + h λ_x) + (∂a/∂v)ᵀ λ_a`, `λ_x ← λ_x + (∂a/∂x)ᵀ λ_a`.

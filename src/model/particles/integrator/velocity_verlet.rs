@@ -1,8 +1,9 @@
 //! Velocity Verlet: half a kick, a drift, and the other half where it leads.
 use super::Integrator;
+use crate::model::law::History;
 use crate::model::particles::backward::{Backward, Owned};
 use crate::model::particles::interval::Interval;
-use crate::model::particles::substeps::Substeps;
+use crate::model::particles::substeps::{Moment, Substeps};
 use crate::model::particles::tape::Tape;
 use crate::state::Particles;
 use glam::DVec3;
@@ -12,13 +13,13 @@ use glam::DVec3;
 pub(super) struct VelocityVerlet;
 
 impl Integrator for VelocityVerlet {
-    fn advance(&self, interval: &Interval<'_>, mut tape: Option<&mut Tape>) -> Particles {
+    fn advance(&self, interval: &Interval<'_>, mut tape: Option<&mut Tape>) -> (Particles, Vec<History>) {
         let (h, root) = (interval.h, interval.keep.sqrt());
         let mut particles = interval.state.particles.clone();
         let mut substeps = Substeps::new(interval);
         let mut acceleration = vec![DVec3::ZERO; particles.len()];
         let mut middle = acceleration.clone();
-        substeps.ask(&particles, 0.0, &mut acceleration, tape.as_deref_mut());
+        substeps.ask(&particles, Moment { fraction: 0.0, duration: 0.0 }, &mut acceleration, tape.as_deref_mut());
         for k in 0..interval.model.substeps {
             let Particles { positions, velocities } = &mut particles;
             let rows = positions.iter_mut().zip(velocities).zip(&mut middle).zip(&acceleration);
@@ -27,7 +28,12 @@ impl Integrator for VelocityVerlet {
                 *x += h * *w;
                 *v = root * (*w + 0.5 * h * *a);
             }
-            substeps.ask(&particles, interval.fraction(k), &mut acceleration, tape.as_deref_mut());
+            substeps.ask(
+                &particles,
+                Moment { fraction: interval.fraction(k), duration: h },
+                &mut acceleration,
+                tape.as_deref_mut(),
+            );
             for ((v, w), a) in particles.velocities.iter_mut().zip(&middle).zip(&acceleration) {
                 *v = root * (*w + 0.5 * h * *a);
             }
@@ -35,7 +41,7 @@ impl Integrator for VelocityVerlet {
                 tape.velocities.push(particles.velocities.clone());
             }
         }
-        particles
+        (particles, substeps.remembered())
     }
 
     /// With p the predicted velocity and λ = `∂J/∂` of what follows: `λ_a' += √κ h/2 λ_v`, `λ_p = (∂a'/∂p)ᵀ λ_a'`,
