@@ -31,6 +31,7 @@ mod quickstart;
 mod radius;
 mod random_graph;
 mod recovery;
+mod remembering;
 mod rounds;
 mod slopes;
 mod speed;

@@ -1,4 +1,5 @@
 //! What a model's author writes.
+use super::Checkpoints;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
 use rayon::prelude::*;
 use std::path::Path;
@@ -31,6 +32,11 @@ pub trait Dynamics: Send + Sync {
     /// The adjoint of this model, if it has one.
     fn adjoint(&self) -> Option<&dyn Adjoint<Self::State>> {
         None
+    }
+
+    /// Which states of a rollout its gradient keeps.
+    fn checkpoints(&self) -> Checkpoints {
+        Checkpoints::default()
     }
 
     /// Trainable weights, flat; empty when nothing is learned.

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 mod agreement;
 mod bonds;
+mod checkpoints;
 mod constants;
 mod direction;
 mod drift;
@@ -26,6 +27,7 @@ mod neural_constants;
 mod pairs;
 mod problem;
 mod projection;
+mod spring;
 mod verlet;
 
 #[derive(Deserialize)]

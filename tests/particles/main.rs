@@ -16,6 +16,8 @@ mod integrator;
 mod motion;
 mod rigid;
 mod spec;
+mod spring;
+mod stability;
 mod verlet;
 
 #[derive(Deserialize)]

@@ -1,5 +1,5 @@
 //! Bonds: particles that are near each other at the start hold on to each other, yield, and break.
-use super::compliant::{not_negative, positive};
+use super::compliant::{not_negative, positive, swing};
 use super::history::{History, Remember};
 use super::{Law, View, ViewGrad};
 use crate::graph::CellList;
@@ -49,8 +49,12 @@ impl BondsSpec {
 /// L starts as the length at the start of the rollout, L₀. Where the elastic strain `(r − L)/L` passes ±ε_y, L flows until it is
 /// ±ε_y again, `L ← r/(1 ± ε_y)` (perfect plasticity by return mapping, Simo & Hughes 1998, box 1.4). Where `(r − L₀)/L₀` passes the
 /// breaking strain, the bond is forgotten; no derivative passes through whether it is. Momentum, linear and angular, is kept to
-/// rounding. Stable for substeps `h ≤ 0.1 π √(1/(2 k m))`, m the bonds of one particle.
+/// rounding. Stable for substeps `h ≤ 0.1 π √(1/(2 k m))` and
+/// `h ≤ 0.1 π/(2 c m)`, m = 12 the bonds of one particle in a close packing.
 pub struct Bonds(BondsSpec);
+
+/// Bonds of one particle in a close packing.
+const NEIGHBOURS: f64 = 12.0;
 
 /// The two rest lengths of a bond: now, and at the start.
 const LENGTHS: usize = 2;
@@ -128,6 +132,11 @@ impl Bonds {
 impl Law for Bonds {
     fn remembers(&self) -> Option<&dyn Remember> {
         Some(self)
+    }
+
+    fn stable(&self) -> f64 {
+        let damped = (2.0 * NEIGHBOURS * self.0.damping).recip();
+        swing(2.0 * self.0.stiffness * NEIGHBOURS).min(0.1 * std::f64::consts::PI * damped)
     }
 
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {

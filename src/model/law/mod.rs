@@ -17,7 +17,9 @@ mod learned;
 mod learned_pair;
 mod neural_constants;
 pub mod pair;
+mod tangential;
 pub mod tool;
+mod touching;
 pub mod viscosity;
 
 pub use frame::FrameSpec;
@@ -102,6 +104,10 @@ pub trait Law: Send + Sync {
     /// Distance beyond which no particle acts on another \[m\].
     fn reach(&self) -> f64 {
         0.0
+    }
+    /// Longest substep that it bears \[s\]; infinite where nothing is stiff, or nothing is known.
+    fn stable(&self) -> f64 {
+        f64::INFINITY
     }
     /// Adds this law's acceleration of every particle to `out`.
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]);

@@ -14,7 +14,7 @@
 //! b stands for the deformation gradient F of other writings, `b = F Fᵀ`: stress and flow of an isotropic material see no more of
 //! F (Simo & Hughes 1998, section 9.2). K is chosen so that neither sound nor momentum crosses more than the share `courant` of a
 //! cell in a substep: `K = ⌈T (c/Δ + 4η/(ρΔ²)) / courant⌉` with `c² = (λ + 2μ)/ρ`.
-use super::{Adjoint, Dynamics};
+use super::{Adjoint, Checkpoints, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;
 use interval::{Interval, Tape};
@@ -74,6 +74,9 @@ pub struct MpmSpec {
     /// Distance ℓ over which the tool's hold fades outside of it \[m\].
     #[schemars(range(min = 1e-6))]
     pub softness: f64,
+    /// Which states of a rollout its gradient keeps.
+    #[serde(default, skip_serializing_if = "Checkpoints::is_default")]
+    pub checkpoints: Checkpoints,
 }
 
 impl MpmSpec {
@@ -127,6 +130,7 @@ pub struct MpmModel {
     table: SurfaceSpec,
     tool: SurfaceSpec,
     softness: f64,
+    checkpoints: Checkpoints,
     /// Tapes that no gradient is being taken on: their memory costs more to get than to fill.
     tapes: Mutex<Vec<Tape>>,
 }
@@ -149,8 +153,9 @@ impl MpmModel {
         let viscosity = spec.viscosity / spec.density;
         let sound = (material.lame + 2.0 * material.shear).sqrt();
         let rate = (sound + 4.0 * viscosity / spec.cell) / (spec.courant * spec.cell);
-        let MpmSpec { cell, gravity, table, tool, softness, .. } = spec;
-        Ok(Self { cell, rate, material, viscosity, gravity, table, tool, softness, tapes: Mutex::default() })
+        let MpmSpec { cell, gravity, table, tool, softness, checkpoints, .. } = spec;
+        let tapes = Mutex::default();
+        Ok(Self { cell, rate, material, viscosity, gravity, table, tool, softness, checkpoints, tapes })
     }
 
     /// K of a control step of `interval` \[s\].
@@ -185,6 +190,10 @@ impl Dynamics for MpmModel {
 
     fn decode(&self, state: &MpmState) -> Particles {
         state.decode()
+    }
+
+    fn checkpoints(&self) -> Checkpoints {
+        self.checkpoints
     }
 
     fn adjoint(&self) -> Option<&dyn Adjoint<MpmState>> {

@@ -13,6 +13,8 @@ pub(super) struct Interval<'a> {
     pub(super) control: &'a Control,
     /// Velocity of each part.
     pub(super) twists: Vec<Twist>,
+    /// Number of substeps K.
+    pub(super) substeps: usize,
     /// Duration of a substep h \[s\].
     pub(super) h: f64,
     /// Fraction of the velocity kept over one substep.
@@ -21,16 +23,28 @@ pub(super) struct Interval<'a> {
     pub(super) held: Option<(Graph, Vec<DVec3>)>,
 }
 
+impl ParticleModel {
+    /// K of a control step of `interval` T \[s\]: `substeps`, or `⌈T/(stability h)⌉` where that is more, h the longest substep that every
+    /// law bears.
+    pub fn substeps(&self, interval: f64) -> usize {
+        let Some(share) = self.stability else { return self.substeps };
+        let stable = self.laws(Rate::Substep).map(|(law, _)| law.stable()).fold(f64::INFINITY, f64::min);
+        self.substeps.max((interval / (share * stable)).ceil() as usize)
+    }
+}
+
 impl<'a> Interval<'a> {
     pub(super) fn new(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
         let path = state.poses.iter().zip(&control.poses);
+        let substeps = model.substeps(state.interval);
         let mut interval = Self {
+            substeps,
             model,
             state,
             control,
             twists: path.map(|(from, to)| from.twist_to(to, state.interval)).collect(),
-            h: state.interval / model.substeps as f64,
-            keep: model.keep.powf((model.substeps as f64).recip()),
+            h: state.interval / substeps as f64,
+            keep: model.keep.powf((substeps as f64).recip()),
             held: None,
         };
         interval.held = interval.hold();
@@ -94,7 +108,7 @@ impl<'a> Interval<'a> {
 
     /// How far the tool has come at the end of substep `k`, of its way.
     pub(super) fn fraction(&self, k: usize) -> f64 {
-        (k + 1) as f64 / self.model.substeps as f64
+        (k + 1) as f64 / self.substeps as f64
     }
 
     /// Writes the tool's poses after a `fraction` of its way.

@@ -18,7 +18,7 @@ impl Integrator for SemiImplicitEuler {
         let mut particles = interval.state.particles.clone();
         let mut substeps = Substeps::new(interval);
         let mut acceleration = vec![DVec3::ZERO; particles.len()];
-        for k in 0..interval.model.substeps {
+        for k in 0..interval.substeps {
             let start = (!bodies.is_empty()).then(|| particles.positions.clone());
             substeps.ask(
                 &particles,
@@ -72,7 +72,7 @@ impl Integrator for SemiImplicitEuler {
 
 /// `∂J/∂keep` of one substep from `start`, `at` being the derivative by its end: `Σ (λ_v + h λ_x)·v keep^{1/K − 1}/K`.
 fn keep_vjp(interval: &Interval<'_>, start: &Particles, at: &ParticlesGrad) -> f64 {
-    let share = (interval.model.substeps as f64).recip();
+    let share = (interval.substeps as f64).recip();
     let rows = at.positions.iter().zip(&at.velocities).zip(&start.velocities);
     let sum: f64 = rows.map(|((x, v), start)| (*v + interval.h * *x).dot(*start)).sum();
     share * interval.model.keep.powf(share - 1.0) * sum

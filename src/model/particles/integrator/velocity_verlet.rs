@@ -20,7 +20,7 @@ impl Integrator for VelocityVerlet {
         let mut acceleration = vec![DVec3::ZERO; particles.len()];
         let mut middle = acceleration.clone();
         substeps.ask(&particles, Moment { fraction: 0.0, duration: 0.0 }, &mut acceleration, tape.as_deref_mut());
-        for k in 0..interval.model.substeps {
+        for k in 0..interval.substeps {
             let Particles { positions, velocities } = &mut particles;
             let rows = positions.iter_mut().zip(velocities).zip(&mut middle).zip(&acceleration);
             for (((x, v), w), a) in rows {
@@ -49,7 +49,7 @@ impl Integrator for VelocityVerlet {
     fn pull(&self, back: &mut Backward<'_>, tape: &Tape, held: &mut [DVec3], owned: &mut Owned<'_>) {
         let interval = back.interval;
         let (h, root) = (interval.h, interval.keep.sqrt());
-        let (count, substeps) = (held.len(), interval.model.substeps);
+        let (count, substeps) = (held.len(), interval.substeps);
         let mut at = vec![DVec3::ZERO; count];
         let mut by_end = vec![DVec3::ZERO; count];
         let mut by_root = 0.0;
