@@ -40,8 +40,9 @@ pub(crate) fn laws() -> [(&'static str, Value); 2] {
 /// Particles under nothing but `law`.
 pub(crate) fn model(law: &Value) -> anyhow::Result<ModelSpec> {
     let laws: Vec<LawSpec> = vec![serde_json::from_value(law.clone())?];
-    let (rigid, corrections, graph) = Default::default();
-    Ok(ModelSpec::Particles(ParticlesSpec { substeps: SUBSTEPS, keep: 1.0, rigid, graph, laws, corrections }))
+    let spec = json!({ "kind": "particles", "substeps": SUBSTEPS, "keep": 1.0 });
+    let ModelSpec::Particles(spec) = serde_json::from_value(spec)? else { unreachable!("it says which kind it is") };
+    Ok(ModelSpec::Particles(ParticlesSpec { laws, ..spec }))
 }
 
 /// What clouds do under a law, so many to learn from and so many held out.

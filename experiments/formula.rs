@@ -10,7 +10,7 @@ use pliant::config;
 use pliant::graph::{CellList, EDGE_KINDS, EdgeSet, Graph};
 use pliant::model::ModelSpec;
 use pliant::model::law::formula::Programs;
-use pliant::model::law::{Law, LawSpec, View, ViewGrad};
+use pliant::model::law::{History, Law, LawSpec, View, ViewGrad};
 use pliant::state::{Constants, Particles, ParticlesGrad, ToolShape, stream};
 use pliant::table::Grid;
 use pliant::watch::Watch;
@@ -152,14 +152,21 @@ impl Edges {
             poses: &[],
             twists: &[],
             interval: 0.1,
+            history: History::NONE,
         };
         let mut out = vec![DVec3::ZERO; particles.len()];
         let clock = Instant::now();
         law.accelerate(&view, &mut out);
         let forward = clock.elapsed().as_secs_f64();
         let particles = ParticlesGrad::zero(particles.len());
-        let mut grad =
-            ViewGrad { particles, past: Vec::new(), poses: Vec::new(), twists: Vec::new(), weights: &mut [] };
+        let mut grad = ViewGrad {
+            particles,
+            past: Vec::new(),
+            poses: Vec::new(),
+            twists: Vec::new(),
+            history: Vec::new(),
+            weights: &mut [],
+        };
         let clock = Instant::now();
         law.accelerate_vjp(&view, &self.cotangent, &mut grad);
         (forward, clock.elapsed().as_secs_f64())

@@ -35,6 +35,7 @@ mod quickstart;
 mod radius;
 mod random_graph;
 mod recovery;
+mod remembering;
 mod rounds;
 mod samples;
 mod slopes;

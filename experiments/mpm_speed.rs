@@ -9,7 +9,7 @@ use crate::peer::Peer;
 use anyhow::{Context, ensure};
 use glam::DVec3;
 use pliant::model::mpm::{MpmModel, MpmSpec, Precision, SurfaceSpec};
-use pliant::model::{Cost, Dynamics, WorldModel};
+use pliant::model::{Checkpoints, Cost, Dynamics, WorldModel};
 use pliant::state::{Control, Particles, ParticlesGrad, Scene, ToolShape};
 use pliant::table::Grid;
 use pliant::watch::Watch;
@@ -80,6 +80,7 @@ impl Block {
             tool: slippery,
             softness: 0.001,
             precision: Precision::Double,
+            checkpoints: Checkpoints::default(),
         };
         let place = |n: usize| DVec3::new((n % side) as f64, (n / side % side) as f64, (n / side / side) as f64);
         let positions = (0..side.pow(3)).map(|n| 0.5 * CELL * (place(n) + 0.5)).collect();

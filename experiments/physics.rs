@@ -1,10 +1,11 @@
 //! Claim: both analytical models fall exactly, keep momentum, converge with the order of their integrator, and have exact gradients
-//! through contact, flow and friction; the particles keep energy.
+//! through contact, flow and friction, also where laws remember; the particles keep energy.
 //!
 //! Command: `cargo run --release --bin experiments -- physics`, half a minute. Table: `paper/tables/physics.tex`. Linux only: CPU
 //! time is read from `/proc`.
 use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::lump::{away, block, pressed, under};
+use crate::remembering::remembering;
 use crate::slopes::{constants, gain, price, slopes};
 use crate::stack::{drift, order, regression, stack};
 use anyhow::Context;
@@ -51,7 +52,11 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     add("mpm", "free fall, off by [m]", fall(&heavy, 0.1 / heavy.substeps(0.1) as f64), 0.0, 1e-12)?;
     add("particles", "order of the integrator", order(&stack(&particles)?)?, 0.85, 1.15)?;
     add("mpm", "order of the integrator, in free fall", order_in_fall(&lossless)?, 0.85, 1.15)?;
+    let mut verlet = stack(&particles)?;
+    verlet["integrator"] = json!("velocity_verlet");
+    add("particles", "order of velocity Verlet", order(&verlet)?, 1.85, 2.15)?;
     add("particles", "energy over 10⁴ undamped steps, off by [1]", drift(&stack(&particles)?, steps)?, 0.0, 0.01)?;
+    add("particles", "energy by velocity Verlet, off by [1]", drift(&verlet, steps)?, 0.0, 0.01)?;
     let still = built(&with(&particles, &INNER, &[("keep", 1.0), ("laws.contact.friction", 0.0)])?)?;
     let (p, l) = kept(&*still);
     add("particles", "linear momentum, off by [1]", p, 0.0, 1e-10)?;
@@ -73,6 +78,7 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let worst = errors.iter().copied().fold(0.0, f64::max);
     add("particles", "gradient by constants, median error [1]", median(errors), 0.0, 1e-4)?;
     add("particles", "gradient by constants, greatest error [1]", worst, 0.0, 1e-4)?;
+    remembering(&particles, &serde_json::to_value(shipped("bonds")?)?, directions, &mut add)?;
     for (name, model) in models {
         add(name, "a gradient's CPU time [rollouts]", price(model, rounds)?, 0.0, 4.0)?;
         let (scene, controls) = pressed(6, 20, 0.014);
@@ -130,7 +136,7 @@ fn order_in_fall(spec: &MpmSpec) -> anyhow::Result<f64> {
 }
 
 /// How far momentum and spin of a lump in the air are from what they were, as shares of all that moves.
-fn kept(model: &dyn WorldModel) -> (f64, f64) {
+pub(crate) fn kept(model: &dyn WorldModel) -> (f64, f64) {
     let scene = under(block(5, 1.0, 0.001, 0.1), away());
     let rollout = model.rollout(&scene, &vec![Control { poses: vec![away()] }; 3]);
     let momenta = |x: &Particles| {
@@ -189,6 +195,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             "momentum: without friction between particles, which have no spin to take up what it turns".into(),
             "gradients: of 100 random directions against central differences, through contact, flow and friction, as shares of the \
              difference or of their root mean square, whichever is more"
+                .into(),
+            "bonds: the model of that name with bonds so brittle that some break; springs: particles whose friction has a tangential spring"
                 .into(),
             format!(
                 "two threads: wall time of this machine, the best of several rounds, while up to {load:.0} threads of all programs wanted its \

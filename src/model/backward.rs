@@ -11,8 +11,9 @@ pub(super) struct Swept<S> {
     pub(super) controls: Vec<ControlGrad>,
 }
 
-/// Forward through the steps, then backward by `pull`, which gives `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`; only states are kept, each
-/// step's tape lives for that step alone. Nothing flows back across every `truncation`-th step.
+/// Forward through the steps, then backward by `pull`, which gives `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`; only states are kept, those
+/// that the model's [`super::Checkpoints`] say, and each step's tape lives for that step alone. Nothing flows back across every
+/// `truncation`-th step.
 pub(super) fn sweep<D: Dynamics>(
     model: &D,
     scene: &Scene,
@@ -23,22 +24,44 @@ pub(super) fn sweep<D: Dynamics>(
 ) -> Option<Swept<D::State>> {
     let adjoint = model.adjoint()?;
     let horizon = controls.len();
-    let mut states = vec![model.encode(scene)];
-    for control in controls {
-        states.push(model.step(states.last().expect("the encoded start"), control));
-    }
-    let decoded: Vec<_> = states.iter().map(|x| model.decode(x)).collect();
-    let at = |t: usize| adjoint.decode_vjp(&states[t], &cost.gradient(t, horizon, &decoded[t]));
-    let mut at_state = at(horizon);
-    let mut at_controls = vec![ControlGrad::default(); horizon];
-    for t in (0..horizon).rev() {
-        let (back, control) = pull(adjoint, &states[t], &controls[t], &at_state);
-        at_controls[t] = control;
-        at_state = at(t);
-        if t == 0 || !t.is_multiple_of(truncation) {
-            at_state.iter_mut().zip(&back).for_each(|(a, b)| *a += b);
+    let stride = model.checkpoints().stride(horizon);
+    let (mut kept, mut costs) = (Vec::new(), Vec::with_capacity(horizon + 1));
+    let mut state = model.encode(scene);
+    for (t, control) in controls.iter().enumerate() {
+        let next = model.step(&state, control);
+        let state = std::mem::replace(&mut state, next);
+        let decoded = model.decode(&state);
+        costs.push(cost.at(t, horizon, &decoded));
+        if t.is_multiple_of(stride) {
+            kept.push((state, decoded));
         }
     }
-    let start = states.swap_remove(0);
-    Some(Swept { cost: cost.total(&decoded), start, at_start: at_state, controls: at_controls })
+    let decoded = model.decode(&state);
+    costs.push(cost.at(horizon, horizon, &decoded));
+    let mut at_state = adjoint.decode_vjp(&state, &cost.gradient(horizon, horizon, &decoded));
+    drop((state, decoded));
+
+    let mut at_controls = vec![ControlGrad::default(); horizon];
+    let mut start = None;
+    while let Some(first) = kept.pop() {
+        let from = stride * kept.len();
+        let mut states = vec![first];
+        for control in &controls[from..horizon.min(from + stride) - 1] {
+            let state = model.step(&states.last().expect("a kept state").0, control);
+            let decoded = model.decode(&state);
+            states.push((state, decoded));
+        }
+        while let Some((state, decoded)) = states.pop() {
+            let t = from + states.len();
+            let (back, control) = pull(adjoint, &state, &controls[t], &at_state);
+            at_controls[t] = control;
+            at_state = adjoint.decode_vjp(&state, &cost.gradient(t, horizon, &decoded));
+            if t == 0 || !t.is_multiple_of(truncation) {
+                at_state.iter_mut().zip(&back).for_each(|(a, b)| *a += b);
+            }
+            start = Some(state);
+        }
+    }
+    let start = start.unwrap_or_else(|| model.encode(scene));
+    Some(Swept { cost: costs.iter().sum(), start, at_start: at_state, controls: at_controls })
 }

@@ -1,4 +1,5 @@
 //! What a model's author writes.
+use super::Checkpoints;
 use super::law::Message;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
 use rayon::prelude::*;
@@ -42,6 +43,11 @@ pub trait Dynamics: Send + Sync {
     fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
         let _ = (scene, control, weights);
         assert!(at.is_empty(), "a model that sends messages has no derivatives of them");
+    }
+
+    /// Which states of a rollout its gradient keeps.
+    fn checkpoints(&self) -> Checkpoints {
+        Checkpoints::default()
     }
 
     /// Trainable weights, flat; empty when nothing is learned.

@@ -2,6 +2,7 @@
 //!
 //! A model's author implements [`Dynamics`] and, where it has derivatives, [`Adjoint`]; everyone else holds a [`WorldModel`].
 mod backward;
+mod checkpoints;
 pub mod correction;
 mod cotangent;
 mod dynamics;
@@ -19,6 +20,7 @@ pub mod still;
 mod unet;
 mod world_model;
 
+pub use checkpoints::Checkpoints;
 pub use dynamics::{Adjoint, Dynamics};
 pub use latent::{CloudSpec, LatentSpec, TopSpec, ViewSpec};
 pub use linear::LinearSpec;

@@ -18,7 +18,19 @@ pub(crate) fn pair() -> LearnedPairSpec {
 pub(crate) fn model(pair: LearnedPairSpec) -> ModelSpec {
     let (rigid, corrections, graph) = Default::default();
     let laws = vec![LawSpec::LearnedPair(pair)];
-    ModelSpec::Particles(ParticlesSpec { substeps: 1, keep: 1.0, rigid, graph, laws, corrections })
+    let (stability, integrator, checkpoints) = Default::default();
+    let substeps = 1;
+    ModelSpec::Particles(ParticlesSpec {
+        substeps,
+        keep: 1.0,
+        stability,
+        integrator,
+        checkpoints,
+        rigid,
+        graph,
+        laws,
+        corrections,
+    })
 }
 
 fn shaken() -> Box<dyn WorldModel> {

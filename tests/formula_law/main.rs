@@ -2,7 +2,7 @@
 use glam::{DQuat, DVec3};
 use pliant::graph::{EDGE_KINDS, EdgeSet, Graph};
 use pliant::model::ModelSpec;
-use pliant::model::law::{Law, LawSpec, View, ViewGrad};
+use pliant::model::law::{History, Law, LawSpec, View, ViewGrad};
 use pliant::model::particles::ParticlesSpec;
 use pliant::state::{Constants, Part, Particles, ParticlesGrad, Pose, PoseGrad, Solid, ToolShape, Twist};
 use rand::{Rng, SeedableRng};
@@ -76,7 +76,19 @@ impl Bench {
 
     fn view(&self) -> View<'_> {
         let Self { particles, graph, tool, poses, twists, constants } = self;
-        View { particles, past: &[], body: &[], walls: &[], constants, graph, tool, poses, twists, interval: 0.1 }
+        View {
+            particles,
+            past: &[],
+            body: &[],
+            walls: &[],
+            constants,
+            graph,
+            tool,
+            poses,
+            twists,
+            interval: 0.1,
+            history: History::NONE,
+        }
     }
 
     fn accelerations(&self, law: &dyn Law) -> Vec<DVec3> {
@@ -92,6 +104,7 @@ impl Bench {
             poses: vec![PoseGrad::default(); 2],
             twists: vec![Twist::default(); 2],
             past: Vec::new(),
+            history: Vec::new(),
             weights: &mut [],
         };
         law.accelerate_vjp(&self.view(), at, &mut grad);

@@ -15,6 +15,8 @@ use serde::Deserialize;
 use std::sync::Arc;
 
 mod agreement;
+mod bonds;
+mod checkpoints;
 mod constants;
 mod direction;
 mod drift;
@@ -25,6 +27,8 @@ mod neural_constants;
 mod pairs;
 mod problem;
 mod projection;
+mod spring;
+mod verlet;
 
 #[derive(Deserialize)]
 struct Contender {

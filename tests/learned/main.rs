@@ -93,6 +93,7 @@ fn derivatives_agree_with_central_differences(law: &Learned, here: &Moment) {
         past: vec![vec![DVec3::ZERO; 40]; here.past.len()],
         poses: vec![PoseGrad::default(); 2],
         twists: vec![Twist::default(); 2],
+        history: Vec::new(),
         weights: &mut weights,
     };
     law.accelerate_vjp(&here.view(&graph), &at, &mut grad);

@@ -2,7 +2,7 @@
 use glam::{DQuat, DVec3};
 use indexmap::IndexMap;
 use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, Skeleton};
-use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec, View};
+use pliant::model::law::{FrameSpec, History, Law, Learned, LearnedSpec, View};
 use pliant::model::net::{Aggregation, Sharing};
 use pliant::state::{Constants, Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
 use rand::{Rng, SeedableRng};
@@ -123,6 +123,7 @@ impl Moment {
             tool: &self.tool,
             poses: &self.poses,
             twists: &self.twists,
+            history: History::NONE,
             interval: INTERVAL,
         }
     }

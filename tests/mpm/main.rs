@@ -1,7 +1,7 @@
 //! The material point method: what it must conserve, how its dough behaves, and its gradients.
 use glam::DVec3;
 use pliant::model::mpm::{MpmModel, MpmSpec, Precision, SurfaceSpec};
-use pliant::model::{Dynamics, ModelSpec, WorldModel};
+use pliant::model::{Checkpoints, Dynamics, ModelSpec, WorldModel};
 use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, ToolShape};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -49,6 +49,7 @@ fn elastic() -> MpmSpec {
         tool: SurfaceSpec::Coulomb { friction: 0.2 },
         softness: 0.001,
         precision: Precision::Double,
+        checkpoints: Checkpoints::default(),
     }
 }
 

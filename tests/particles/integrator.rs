@@ -98,7 +98,7 @@ fn the_only_substep_sees_the_tool_where_it_arrives() {
     assert!((moved(0.016).positions[0].z - expected).abs() < 1e-12);
 }
 
-fn random_motion(seed: u64, steps: usize) -> (Scene, Vec<Control>) {
+pub(super) fn random_motion(seed: u64, steps: usize) -> (Scene, Vec<Control>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let parts = vec![
         cuboid(0.01, 0.03, 0.02),

@@ -10,11 +10,15 @@ use rand_chacha::ChaCha8Rng;
 use serde::Deserialize;
 use std::sync::Arc;
 
+mod bonds;
 mod dough;
 mod integrator;
 mod motion;
 mod rigid;
 mod spec;
+mod spring;
+mod stability;
+mod verlet;
 
 #[derive(Deserialize)]
 struct Contender {

@@ -26,6 +26,7 @@ impl Motion {
             past: vec![vec![DVec3::ZERO; count]; view.past.len()],
             poses: vec![PoseGrad::default(); view.poses.len()],
             twists: vec![Twist::default(); view.twists.len()],
+            history: Vec::new(),
             weights,
         };
         self.0.accelerate_vjp(view, &by_acceleration, &mut grad);

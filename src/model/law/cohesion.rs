@@ -1,5 +1,5 @@
 //! Cohesion: neighbours that do not touch attract.
-use super::compliant::{not_negative, positive};
+use super::compliant::{not_negative, positive, swing};
 use super::pair::{Pair, Pairwise};
 use anyhow::ensure;
 use glam::DVec3;
@@ -45,6 +45,11 @@ pub struct Cohesion {
 impl Pair for Cohesion {
     fn reach(&self) -> f64 {
         self.spec.reach
+    }
+
+    /// The steepest slope of w(s) is `16/(3√3)`.
+    fn stable(&self) -> f64 {
+        swing(2.0 * self.spec.strength * self.inverse * 16.0 / 27.0_f64.sqrt())
     }
 
     #[inline]

@@ -8,7 +8,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// With overlap δ, outward normal n and relative velocity v (`v_n = v·n` separating, `v_t` the rest):
 /// `N = k δ₊^{3/2} ρ(1 − d v_n)`, `a = N n − μ N v_t / √(|v_t|² + v_s²)`, where ρ(u) is max(0, u) with its corner rounded
-/// off between −½ and ½ so that accelerations have a continuous derivative (Hunt & Crossley 1975; regularised Coulomb friction). Stable for substeps `h ≤ 0.1 π √(1 / (3 k √δ))`; without drag, slow slip creeps.
+/// off between −½ and ½ so that accelerations have a continuous derivative (Hunt & Crossley 1975; regularised Coulomb friction).
+/// Stable for substeps `h ≤ 0.1 π √(1 / (3 k √δ))`; without drag, slow slip creeps.
+///
+/// With a tangential spring it does not: every contact remembers a stretch ξ in the surface, `ξ ← ξ + h v_t`, cut off at
+/// `|ξ| = μ N/k_t` and forgotten when the contact ends, and `a = N n + T` with `T = −k_t ξ − μ N v_t/v_s`, cut off at `|T| = μ N`
+/// (Cundall & Strack 1979, with a dashpot that alone reaches the limit at v_s).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompliantSpec {
@@ -27,10 +32,13 @@ pub struct CompliantSpec {
     /// Slip speed v_s below which friction falls off linearly \[m/s\].
     #[schemars(range(min = 1e-9))]
     pub slip: f64,
+    /// Stiffness k_t of the tangential spring over a particle's mass; left out, friction remembers nothing \[s^-2\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tangential_stiffness: Option<f64>,
 }
 
-/// Names of the constants, in the order of [`CompliantSpec::pull_constants`].
-pub(super) const COMPLIANT: [&str; 5] = ["radius", "stiffness", "damping", "friction", "slip"];
+/// Names of the constants, in the order of [`CompliantSpec::pull_constants`], that of the spring last.
+const COMPLIANT: [&str; 6] = ["radius", "stiffness", "damping", "friction", "slip", "tangential_stiffness"];
 
 /// What the formula says pulls back onto: `∂J/∂(δ, n, v)`.
 pub(in crate::model) struct ContactGrad {
@@ -49,7 +57,24 @@ impl CompliantSpec {
         positive(law, "slip", self.slip)?;
         not_negative(law, "stiffness", self.stiffness)?;
         not_negative(law, "damping", self.damping)?;
-        not_negative(law, "friction", self.friction)
+        not_negative(law, "friction", self.friction)?;
+        self.tangential_stiffness.map_or(Ok(()), |stiffness| positive(law, "tangential_stiffness", stiffness))
+    }
+
+    /// Whether friction has a spring.
+    pub(super) fn springs(&self) -> bool {
+        self.tangential_stiffness.is_some()
+    }
+
+    /// `0.1 π √(1/(3 k √δ))` at an overlap of half the radius, and `0.1 π √(1/(2 k_t))`, whichever is less \[s\].
+    pub(super) fn stable(&self) -> f64 {
+        let root = (0.5 * self.radius).sqrt();
+        swing(3.0 * self.stiffness * root).min(swing(2.0 * self.tangential_stiffness.unwrap_or_default()))
+    }
+
+    /// Names of the constants that this has.
+    pub(super) fn constants(&self) -> &'static [&'static str] {
+        if self.springs() { &COMPLIANT } else { &COMPLIANT[..5] }
     }
 
     /// The acceleration at overlap δ > 0.
@@ -106,7 +131,7 @@ impl CompliantSpec {
 
 /// ρ(u) and ρ'(u): 0 below −½, u above ½, and (u + ½)²/2 between.
 #[inline]
-fn ramp(u: f64) -> (f64, f64) {
+pub(super) fn ramp(u: f64) -> (f64, f64) {
     if u >= 0.5 {
         (u, 1.0)
     } else if u <= -0.5 {
@@ -114,6 +139,11 @@ fn ramp(u: f64) -> (f64, f64) {
     } else {
         (0.5 * (u + 0.5) * (u + 0.5), u + 0.5)
     }
+}
+
+/// Longest substep that a spring of `stiffness` = ω² \[s^-2\] bears, a twentieth of its period: `0.1 π/ω` \[s\].
+pub(super) fn swing(stiffness: f64) -> f64 {
+    0.1 * std::f64::consts::PI / stiffness.sqrt()
 }
 
 /// # Errors

@@ -1,8 +1,11 @@
 //! The table, a compliant plane z = 0, and walls alike.
-use super::compliant::{COMPLIANT, CompliantSpec};
+use super::compliant::CompliantSpec;
+use super::history::Remember;
+use super::tangential::Touch;
+use super::touching::{self, Meeting, MeetingGrad, Touching};
 use super::{Law, View, ViewGrad};
 use crate::state::Wall;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +25,18 @@ impl FloorSpec {
 pub struct Floor(CompliantSpec);
 
 impl Law for Floor {
+    fn remembers(&self) -> Option<&dyn Remember> {
+        self.0.springs().then_some(self as &dyn Remember)
+    }
+
+    fn stable(&self) -> f64 {
+        self.0.stable()
+    }
+
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
+        if self.0.springs() {
+            return touching::accelerate(self, view, out);
+        }
         let particles = view.particles.positions.iter().zip(&view.particles.velocities);
         for ((position, velocity), out) in particles.zip(out) {
             for plane in planes(view) {
@@ -35,6 +49,9 @@ impl Law for Floor {
     }
 
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        if self.0.springs() {
+            return touching::accelerate_vjp(self, view, out, grad);
+        }
         for (i, (position, velocity)) in view.particles.positions.iter().zip(&view.particles.velocities).enumerate() {
             for plane in planes(view) {
                 let overlap = self.0.radius - plane.distance(*position);
@@ -48,10 +65,13 @@ impl Law for Floor {
     }
 
     fn constants(&self) -> Vec<&str> {
-        COMPLIANT.to_vec()
+        self.0.constants().to_vec()
     }
 
     fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        if self.0.springs() {
+            return touching::constants_vjp(self, view, out, constants);
+        }
         let particles = view.particles.positions.iter().zip(&view.particles.velocities);
         for ((position, velocity), at) in particles.zip(out) {
             for plane in planes(view) {
@@ -62,6 +82,44 @@ impl Law for Floor {
                 }
             }
         }
+    }
+}
+
+impl Floor {
+    /// Calls `visit` with every particle that touches a plane, and that plane's normal.
+    fn each(&self, view: &View<'_>, mut visit: impl FnMut(&Meeting)) {
+        for (pushed, (position, velocity)) in
+            view.particles.positions.iter().zip(&view.particles.velocities).enumerate()
+        {
+            for (number, plane) in planes(view).enumerate() {
+                let overlap = self.0.radius - plane.distance(*position);
+                if overlap > 0.0 {
+                    let touch = Touch { overlap, normal: plane.normal, velocity: *velocity };
+                    let pair = [pushed as u32, number as u32];
+                    visit(&Meeting { pair, pushed, opposite: None, touch, frame: DMat3::IDENTITY });
+                }
+            }
+        }
+    }
+}
+
+impl Touching for Floor {
+    const RADII: f64 = 1.0;
+
+    fn spec(&self) -> &CompliantSpec {
+        &self.0
+    }
+
+    fn meet(&self, view: &View<'_>, visit: &mut dyn FnMut(&Meeting)) {
+        self.each(view, visit);
+    }
+
+    fn pull(&self, view: &View<'_>, grad: &mut ViewGrad<'_>, visit: &mut dyn FnMut(&Meeting) -> MeetingGrad) {
+        self.each(view, |meeting| {
+            let by = visit(meeting).contact;
+            grad.particles.positions[meeting.pushed] -= by.overlap * meeting.touch.normal;
+            grad.particles.velocities[meeting.pushed] += by.velocity;
+        });
     }
 }
 

@@ -171,6 +171,7 @@ impl Law for Learned {
             past: vec![vec![DVec3::ZERO; view.particles.len()]; view.past.len()],
             poses: vec![PoseGrad::default(); view.poses.len()],
             twists: vec![Twist::default(); view.twists.len()],
+            history: Vec::new(),
             weights: &mut [],
         };
         let normals = self.features.pull(&inside, &links, &at_input, &mut inner);

@@ -4,6 +4,7 @@ use crate::state::{Constants, Particles, ParticlesGrad, Pose, PoseGrad, Scene, T
 use glam::DVec3;
 use std::path::Path;
 
+pub mod bonds;
 pub mod cohesion;
 pub mod compliant;
 pub mod contact;
@@ -11,15 +12,19 @@ pub mod floor;
 pub mod formula;
 mod frame;
 pub mod gravity;
+mod history;
 mod learned;
 mod learned_pair;
 mod message;
 mod neural_constants;
 pub mod pair;
+mod tangential;
 pub mod tool;
+mod touching;
 pub mod viscosity;
 
 pub use frame::FrameSpec;
+pub use history::{History, Remember};
 pub use learned::{Learned, LearnedSpec};
 pub use learned_pair::{LearnedPair, LearnedPairSpec};
 pub use message::Message;
@@ -48,6 +53,8 @@ pub struct View<'a> {
     pub twists: &'a [Twist],
     /// Duration of the control interval \[s\].
     pub interval: f64,
+    /// What the law remembers of pairs, see [`Law::remembers`].
+    pub history: &'a History,
 }
 
 /// `∂J/∂view`, and `∂J/∂weights` of the law.
@@ -60,6 +67,8 @@ pub struct ViewGrad<'a> {
     pub poses: Vec<PoseGrad>,
     /// Twists' part.
     pub twists: Vec<Twist>,
+    /// The part of what the law remembers of pairs, number by number.
+    pub history: Vec<f64>,
     /// The law's own weights' part, flat; empty when nobody asks.
     pub weights: &'a mut [f32],
 }
@@ -90,9 +99,17 @@ pub trait Law: Send + Sync {
     fn memory(&self) -> usize {
         0
     }
+    /// How it remembers pairs from substep to substep, where it does; only a law of [`Rate::Substep`] may.
+    fn remembers(&self) -> Option<&dyn Remember> {
+        None
+    }
     /// Distance beyond which no particle acts on another \[m\].
     fn reach(&self) -> f64 {
         0.0
+    }
+    /// Longest substep that it bears \[s\]; infinite where nothing is stiff, or nothing is known.
+    fn stable(&self) -> f64 {
+        f64::INFINITY
     }
     /// Adds this law's acceleration of every particle to `out`.
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]);
@@ -142,6 +159,7 @@ family! {
     LawSpec builds Box<dyn Law> {
         Contact(contact::ContactSpec),
         Cohesion(cohesion::CohesionSpec),
+        Bonds(bonds::BondsSpec),
         Viscosity(viscosity::ViscositySpec),
         Floor(floor::FloorSpec),
         Tool(tool::ToolSpec),

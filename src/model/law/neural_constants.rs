@@ -49,7 +49,7 @@ impl NeuralConstantsSpec {
             let called = law.called();
             let pair = law.build().with_context(|| format!("in laws[{i}]"))?.into_pair().with_context(|| {
                 format!(
-                    "laws[{i}] of the law \"neural_constants\" is {called:?}, which is not a law in Rust between two particles; \
+                    "laws[{i}] of the law \"neural_constants\" is {called:?}, which is not a law in Rust between two particles, or remembers them; \
                      move it to dynamics.laws"
                 )
             })?;
@@ -186,6 +186,12 @@ impl NeuralConstants {
 impl Law for NeuralConstants {
     fn reach(&self) -> f64 {
         self.pairs.iter().map(|pair| pair.reach()).fold(self.radius, f64::max)
+    }
+
+    /// That of the stiffest law at its greatest factor.
+    fn stable(&self) -> f64 {
+        let least = self.pairs.iter().map(|pair| pair.stable()).fold(f64::INFINITY, f64::min);
+        least * (-self.bound).exp()
     }
 
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {

@@ -9,6 +9,10 @@ pub(in crate::model) const PARTICLE: usize = 0;
 pub trait Pair: Send + Sync {
     /// Distance at and beyond which it vanishes \[m\].
     fn reach(&self) -> f64;
+    /// Longest substep that it bears \[s\].
+    fn stable(&self) -> f64 {
+        f64::INFINITY
+    }
     /// The acceleration of i; j gets the opposite. `square` is |x|², below the square of the reach and above zero.
     fn acceleration(&self, offset: DVec3, square: f64, velocity: DVec3) -> DVec3;
     /// `(∂J/∂x, ∂J/∂v)` from `at` = `∂J/∂acceleration`.
@@ -48,6 +52,10 @@ pub(super) fn visit(view: &View<'_>, reach: f64, mut visit: impl FnMut(usize, us
 impl<P: Pair + 'static> Law for Pairwise<P> {
     fn reach(&self) -> f64 {
         self.0.reach()
+    }
+
+    fn stable(&self) -> f64 {
+        self.0.stable()
     }
 
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {

@@ -1,5 +1,8 @@
 //! The tool: compliant contact with moving rigid parts through their signed distance.
-use super::compliant::{COMPLIANT, CompliantSpec, ContactGrad};
+use super::compliant::{CompliantSpec, ContactGrad};
+use super::history::Remember;
+use super::tangential;
+use super::touching::{self, Meeting, MeetingGrad, Touching};
 use super::{Law, View, ViewGrad};
 use crate::model::placed::Placed;
 use crate::state::Projection;
@@ -98,7 +101,18 @@ impl Touch<'_> {
 }
 
 impl Law for Tool {
+    fn remembers(&self) -> Option<&dyn Remember> {
+        self.0.springs().then_some(self as &dyn Remember)
+    }
+
+    fn stable(&self) -> f64 {
+        self.0.stable()
+    }
+
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]) {
+        if self.0.springs() {
+            return touching::accelerate(self, view, out);
+        }
         let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
         Placed::touches(&parts, &view.particles.positions, |touch| {
             let overlap = law.radius - touch.distance();
@@ -107,6 +121,9 @@ impl Law for Tool {
     }
 
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        if self.0.springs() {
+            return touching::accelerate_vjp(self, view, out, grad);
+        }
         let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
         Placed::touches(&parts, &view.particles.positions, |touch| {
             let overlap = law.radius - touch.distance();
@@ -116,15 +133,54 @@ impl Law for Tool {
     }
 
     fn constants(&self) -> Vec<&str> {
-        COMPLIANT.to_vec()
+        self.0.constants().to_vec()
     }
 
     fn constants_vjp(&self, view: &View<'_>, out: &[DVec3], constants: &mut [f64]) {
+        if self.0.springs() {
+            return touching::constants_vjp(self, view, out, constants);
+        }
         let (law, parts) = (&self.0, Placed::all(view, self.0.radius));
         Placed::touches(&parts, &view.particles.positions, |touch| {
             let overlap = law.radius - touch.distance();
             let by = law.pull_constants(overlap, touch.normal(), touch.velocity(view), out[touch.particle]);
             constants.iter_mut().zip(by).for_each(|(sum, by)| *sum += by);
+        });
+    }
+}
+
+impl Tool {
+    /// What the law sees of a touch: its spring is kept in the part's own axes.
+    fn meeting(&self, touch: &Touch<'_>, view: &View<'_>) -> Meeting {
+        let (overlap, normal, velocity) = (self.0.radius - touch.distance(), touch.normal(), touch.velocity(view));
+        Meeting {
+            pair: [touch.part as u32, touch.particle as u32],
+            pushed: touch.particle,
+            opposite: None,
+            touch: tangential::Touch { overlap, normal, velocity },
+            frame: touch.placed.rotation,
+        }
+    }
+}
+
+impl Touching for Tool {
+    const RADII: f64 = 1.0;
+
+    fn spec(&self) -> &CompliantSpec {
+        &self.0
+    }
+
+    fn meet(&self, view: &View<'_>, visit: &mut dyn FnMut(&Meeting)) {
+        let parts = Placed::all(view, self.0.radius);
+        Placed::touches(&parts, &view.particles.positions, |touch| visit(&self.meeting(&touch, view)));
+    }
+
+    fn pull(&self, view: &View<'_>, grad: &mut ViewGrad<'_>, visit: &mut dyn FnMut(&Meeting) -> MeetingGrad) {
+        let parts = Placed::all(view, self.0.radius);
+        Placed::touches(&parts, &view.particles.positions, |touch| {
+            let by = visit(&self.meeting(&touch, view));
+            touch.pull(&by.contact, grad);
+            grad.poses[touch.part].rotation += by.turn;
         });
     }
 }

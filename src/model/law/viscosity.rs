@@ -37,6 +37,11 @@ impl Pair for Viscosity {
         self.spec.reach
     }
 
+    /// `0.1 π/(2 η)`: a relative velocity decays at 2 η.
+    fn stable(&self) -> f64 {
+        0.1 * std::f64::consts::PI / (2.0 * self.spec.rate)
+    }
+
     #[inline]
     fn acceleration(&self, offset: DVec3, square: f64, velocity: DVec3) -> DVec3 {
         let fade = 1.0 - square * self.inverse;

@@ -14,7 +14,7 @@
 //! b stands for the deformation gradient F of other writings, `b = F Fᵀ`: stress and flow of an isotropic material see no more of
 //! F (Simo & Hughes 1998, section 9.2). K is chosen so that neither sound nor momentum crosses more than the share `courant` of a
 //! cell in a substep: `K = ⌈T (c/Δ + 4η/(ρΔ²)) / courant⌉` with `c² = (λ + 2μ)/ρ`.
-use super::{Adjoint, Dynamics};
+use super::{Adjoint, Checkpoints, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;
 use continuum::Stepping;
@@ -79,6 +79,9 @@ pub struct MpmSpec {
     /// Numbers that a step is computed in.
     #[serde(default, skip_serializing_if = "Precision::is_default")]
     pub precision: Precision,
+    /// Which states of a rollout its gradient keeps.
+    #[serde(default, skip_serializing_if = "Checkpoints::is_default")]
+    pub checkpoints: Checkpoints,
 }
 
 impl MpmSpec {
@@ -130,6 +133,7 @@ pub struct MpmModel {
     tool: SurfaceSpec,
     softness: f64,
     continuum: Box<dyn Stepping>,
+    checkpoints: Checkpoints,
 }
 
 impl MpmModel {
@@ -151,8 +155,8 @@ impl MpmModel {
         let sound = (material.lame + 2.0 * material.shear).sqrt();
         let rate = (sound + 4.0 * viscosity / spec.cell) / (spec.courant * spec.cell);
         let continuum = spec.precision.continuum(&material, viscosity);
-        let MpmSpec { cell, gravity, table, tool, softness, .. } = spec;
-        Ok(Self { cell, rate, gravity, table, tool, softness, continuum })
+        let MpmSpec { cell, gravity, table, tool, softness, checkpoints, .. } = spec;
+        Ok(Self { cell, rate, gravity, table, tool, softness, continuum, checkpoints })
     }
 
     /// K of a control step of `interval` \[s\].
@@ -186,6 +190,10 @@ impl Dynamics for MpmModel {
 
     fn decode(&self, state: &MpmState) -> Particles {
         state.decode()
+    }
+
+    fn checkpoints(&self) -> Checkpoints {
+        self.checkpoints
     }
 
     fn adjoint(&self) -> Option<&dyn Adjoint<MpmState>> {

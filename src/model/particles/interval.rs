@@ -1,23 +1,10 @@
-//! One control interval of a particle model: held accelerations, then substeps.
-use super::neighbours::{Lists, Neighbours};
-use super::rigid::RigidMotion;
+//! One control interval of a particle model: what stays the same over its substeps, and what comes before and after them.
 use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
 use crate::model::correction::Outcome;
-use crate::model::law::{Law, Rate, View};
-use crate::state::{Control, Particles, ParticlesGrad, Pose, Twist};
+use crate::model::law::{History, Rate, View};
+use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
-use std::sync::Arc;
-
-/// What the adjoint of a substep needs of it.
-pub(super) struct Substep {
-    /// Particles at its start.
-    pub(super) start: Particles,
-    /// What its laws ran over.
-    pub(super) lists: Arc<Lists>,
-    /// How each rigid body moved.
-    pub(super) rigid: Vec<RigidMotion>,
-}
 
 /// What stays the same over the substeps of one interval.
 pub(super) struct Interval<'a> {
@@ -26,6 +13,8 @@ pub(super) struct Interval<'a> {
     pub(super) control: &'a Control,
     /// Velocity of each part.
     pub(super) twists: Vec<Twist>,
+    /// Number of substeps K.
+    pub(super) substeps: usize,
     /// Duration of a substep h \[s\].
     pub(super) h: f64,
     /// Fraction of the velocity kept over one substep.
@@ -34,16 +23,28 @@ pub(super) struct Interval<'a> {
     pub(super) held: Option<(Graph, Vec<DVec3>)>,
 }
 
+impl ParticleModel {
+    /// K of a control step of `interval` T \[s\]: `substeps`, or `⌈T/(stability h)⌉` where that is more, h the longest substep that every
+    /// law bears.
+    pub fn substeps(&self, interval: f64) -> usize {
+        let Some(share) = self.stability else { return self.substeps };
+        let stable = self.laws(Rate::Substep).map(|(law, _)| law.stable()).fold(f64::INFINITY, f64::min);
+        self.substeps.max((interval / (share * stable)).ceil() as usize)
+    }
+}
+
 impl<'a> Interval<'a> {
     pub(super) fn new(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
         let path = state.poses.iter().zip(&control.poses);
+        let substeps = model.substeps(state.interval);
         let mut interval = Self {
+            substeps,
             model,
             state,
             control,
             twists: path.map(|(from, to)| from.twist_to(to, state.interval)).collect(),
-            h: state.interval / model.substeps as f64,
-            keep: model.keep.powf((model.substeps as f64).recip()),
+            h: state.interval / substeps as f64,
+            keep: model.keep.powf((substeps as f64).recip()),
             held: None,
         };
         interval.held = interval.hold();
@@ -86,67 +87,34 @@ impl<'a> Interval<'a> {
         predicted
     }
 
-    /// `∂J/∂keep` of one substep from `start`, `at` being the derivative by its end:
-    /// `Σ (λ_v + h λ_x)·v keep^{1/K − 1}/K`.
-    pub(super) fn keep_vjp(&self, start: &Particles, at: &ParticlesGrad) -> f64 {
-        let share = (self.model.substeps as f64).recip();
-        let rows = at.positions.iter().zip(&at.velocities).zip(&start.velocities);
-        let sum: f64 = rows.map(|((x, v), start)| (*v + self.h * *x).dot(*start)).sum();
-        share * self.model.keep.powf(share - 1.0) * sum
-    }
-
-    /// What a law sees.
+    /// What a law sees that remembers nothing.
     pub(super) fn view<'b>(&'b self, particles: &'b Particles, graph: &'b Graph, poses: &'b [Pose]) -> View<'b> {
         let ParticleState { past, body, walls, constants, tool, interval, .. } = self.state;
         let twists = &self.twists;
-        View { particles, past, body, walls, constants, graph, tool, poses, twists, interval: *interval }
+        View {
+            particles,
+            past,
+            body,
+            walls,
+            constants,
+            graph,
+            tool,
+            poses,
+            twists,
+            interval: *interval,
+            history: History::NONE,
+        }
     }
 
-    /// How far the tool has come in substep `k`, of the way from its start to its end.
+    /// How far the tool has come at the end of substep `k`, of its way.
     pub(super) fn fraction(&self, k: usize) -> f64 {
-        (k + 1) as f64 / self.model.substeps as f64
+        (k + 1) as f64 / self.substeps as f64
     }
 
-    /// Writes the tool's poses in substep `k`.
-    pub(super) fn place(&self, k: usize, poses: &mut Vec<Pose>) {
+    /// Writes the tool's poses after a `fraction` of its way.
+    pub(super) fn place(&self, fraction: f64, poses: &mut Vec<Pose>) {
         let path = self.state.poses.iter().zip(&self.control.poses);
         poses.clear();
-        poses.extend(path.map(|(from, to)| from.toward(to, self.fraction(k))));
-    }
-
-    /// The particles at the end; what happened in every substep goes onto the tape, where there is one.
-    pub(super) fn advance(&self, mut tape: Option<&mut Vec<Substep>>) -> Particles {
-        let laws: Vec<&dyn Law> = self.model.laws(Rate::Substep).map(|(law, _)| law).collect();
-        let mut particles = self.state.particles.clone();
-        let reaches = laws.iter().map(|law| law.reach()).collect();
-        let mut neighbours = Neighbours::new(reaches, &particles.positions);
-        let mut poses = Vec::with_capacity(self.state.poses.len());
-        let mut acceleration = vec![DVec3::ZERO; particles.len()];
-        for k in 0..self.model.substeps {
-            match &self.held {
-                Some((_, held)) => acceleration.copy_from_slice(held),
-                None => acceleration.fill(DVec3::ZERO),
-            }
-            let lists = neighbours.at(&particles.positions);
-            let start = (tape.is_some() || !self.state.rigid.is_empty()).then(|| particles.clone());
-            if !laws.is_empty() {
-                self.place(k, &mut poses);
-            }
-            for law in &laws {
-                law.accelerate(&self.view(&particles, lists.of(law.reach()), &poses), &mut acceleration);
-            }
-            let Particles { positions, velocities } = &mut particles;
-            for ((x, v), a) in positions.iter_mut().zip(velocities).zip(&acceleration) {
-                *v = self.keep * *v + self.h * *a;
-                *x += self.h * *v;
-            }
-            let Some(start) = start else { continue };
-            let impose = |rows: &Vec<u32>| RigidMotion::impose(rows, &start.positions, &mut particles, self.h);
-            let rigid = self.state.rigid.iter().map(impose).collect();
-            if let Some(tape) = &mut tape {
-                tape.push(Substep { start, lists: Arc::clone(lists), rigid });
-            }
-        }
-        particles
+        poses.extend(path.map(|(from, to)| from.toward(to, fraction)));
     }
 }

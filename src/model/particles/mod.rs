@@ -1,78 +1,48 @@
-//! Particles under a list of laws, integrated by semi-implicit Euler, with a hand-written adjoint.
+//! Particles under a list of laws, integrated over substeps, with a hand-written adjoint.
 //!
 //! One control step of duration T is K substeps of `h = T/K`; laws of [`Rate::Step`] are asked once, with the tool at the end of
 //! the step, and their acceleration is held; laws of [`Rate::Substep`] are asked in every substep k with the tool a fraction
-//! `(k + 1)/K` of its way: `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`. Written, learned and hybrid models differ only in
-//! their list. A rigid body's particles go where its nearest rigid motion takes them, in every substep. What the substeps lead to,
-//! corrections may change at the end of the control step, one after the other.
-use super::correction::{Correction, CorrectionSpec};
-use super::law::{Law, LawSpec, Message, Rate};
-use super::{Adjoint, Dynamics};
-use crate::graph::{GraphPolicy, GraphSpec};
+//! `(k + 1)/K` of its way: by default `v ← keep^{1/K} v + h Σ a`, then `x ← x + h v`, see [`IntegratorSpec`]. Written, learned and
+//! hybrid models differ only in their list. A rigid body's particles go where its nearest rigid motion takes them, in every
+//! substep. K is as configured, or as the stiffest law needs it. What the substeps lead to, corrections may change at the end of the
+//! control step, one after the other.
+use super::correction::Correction;
+use super::law::{History, Law, Message, Rate};
+use super::{Adjoint, Checkpoints, Dynamics};
+use crate::graph::GraphPolicy;
 use crate::state::{Control, Particles, Scene};
-use anyhow::{Context, ensure};
+use anyhow::ensure;
+use integrator::Integrator;
 use interval::Interval;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::Path;
 
 mod adjoint;
+mod backward;
+mod integrator;
 mod interval;
 mod messages;
 mod neighbours;
 mod rigid;
+mod spec;
 mod state;
+mod substeps;
+mod tape;
 
+pub use integrator::IntegratorSpec;
+pub use spec::ParticlesSpec;
 pub use state::ParticleState;
 
-/// Config of [`ParticleModel`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ParticlesSpec {
-    /// Substeps K of one control step \[1\].
-    #[schemars(range(min = 1))]
-    pub substeps: usize,
-    /// Fraction of the velocity kept over one control step where nothing acts; 1 has no drag, 0 no inertia \[1\].
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub keep: f64,
-    /// Numbers of the bodies that keep their shape.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub rigid: Vec<u32>,
-    /// Graph for the laws asked once a control step; needed only where there is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub graph: Option<GraphSpec>,
-    /// Laws whose accelerations add up.
-    #[serde(default)]
-    pub laws: Vec<LawSpec>,
-    /// What is done to the laws' prediction at the end of every control step, in order.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub corrections: Vec<CorrectionSpec>,
-}
-
-impl ParticlesSpec {
-    pub(crate) fn build(self) -> anyhow::Result<ParticleModel> {
-        let place = |(i, law): (usize, LawSpec)| law.build().with_context(|| format!("in dynamics.laws[{i}]"));
-        let names = self.laws.iter().map(LawSpec::called).collect();
-        let laws = self.laws.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
-        let graph = self.graph.map(GraphSpec::build).transpose()?;
-        let place = |(i, correction): (usize, CorrectionSpec)| {
-            correction.build().with_context(|| format!("in dynamics.corrections[{i}]"))
-        };
-        let corrections: Vec<_> = self.corrections.into_iter().enumerate().map(place).collect::<Result<_, _>>()?;
-        ensure!(
-            self.rigid.is_empty() || corrections.is_empty(),
-            "dynamics.rigid names bodies that keep their shape, which dynamics.corrections would bend; leave one of them out"
-        );
-        let model = ParticleModel::new(self.substeps, self.keep, graph, laws)?;
-        ParticleModel { rigid: self.rigid, names, ..model }.corrected(corrections)
-    }
-}
+/// Most substeps of a control step.
+const SUBSTEPS: usize = 100_000;
 
 /// A model that moves particles by the sum of its laws.
 pub struct ParticleModel {
     substeps: usize,
+    stability: Option<f64>,
     keep: f64,
+    integrator: Box<dyn Integrator>,
+    checkpoints: Checkpoints,
     rigid: Vec<u32>,
     graph: Option<Box<dyn GraphPolicy>>,
     laws: Vec<Box<dyn Law>>,
@@ -87,10 +57,12 @@ pub struct ParticleModel {
     corrected: Vec<Range<usize>>,
 }
 
-/// Where a law's weights and constants lie in the model's.
+/// Where what a law owns lies in what the model owns.
 struct Spans {
     weights: Range<usize>,
     constants: Range<usize>,
+    /// Its place in the list of laws, and what it remembers in that of memories.
+    place: usize,
 }
 
 impl ParticleModel {
@@ -113,11 +85,59 @@ impl ParticleModel {
         // The first constant is `keep`.
         let constants = spans(1, laws.iter().map(|law| law.constants().len()));
         let own = spans(0, laws.iter().map(|law| law.weights().len())).into_iter().zip(constants);
-        let spans = own.map(|(weights, constants)| Spans { weights, constants }).collect();
+        let spans = own.enumerate().map(|(place, (weights, constants))| Spans { weights, constants, place }).collect();
         let names = (0..laws.len()).map(|place| place.to_string()).collect();
         let memory = laws.iter().map(|law| law.memory()).max().unwrap_or(0);
         let (rigid, corrections, corrected) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { substeps, keep, rigid, graph, laws, corrections, memory, names, spans, corrected })
+        let integrator = IntegratorSpec::default().build();
+        let (checkpoints, stability) = (Checkpoints::default(), None);
+        Ok(Self {
+            substeps,
+            stability,
+            keep,
+            integrator,
+            checkpoints,
+            rigid,
+            graph,
+            laws,
+            corrections,
+            memory,
+            names,
+            spans,
+            corrected,
+        })
+    }
+
+    /// The same model, in as many more substeps as the stiffest law needs, `stability` being their share of the longest that it bears.
+    ///
+    /// # Errors
+    /// When that is less than a thousandth.
+    pub fn stable(self, stability: Option<f64>) -> anyhow::Result<Self> {
+        let share = stability.unwrap_or(1.0);
+        ensure!(
+            share >= 1e-3 && share.is_finite(),
+            "dynamics.stability must be at least 0.001 and finite, got {share}"
+        );
+        Ok(Self { stability, ..self })
+    }
+
+    /// The same model, taken through its substeps by `integrator`.
+    ///
+    /// # Errors
+    /// When that cannot move rigid bodies, or does not move at all without inertia.
+    pub fn integrated(self, integrator: IntegratorSpec) -> anyhow::Result<Self> {
+        if integrator == IntegratorSpec::VelocityVerlet {
+            ensure!(
+                self.rigid.is_empty(),
+                "dynamics.rigid names bodies that keep their shape, which dynamics.integrator = \"velocity_verlet\" cannot move; leave \
+                 one of them out"
+            );
+            ensure!(
+                self.keep > 0.0,
+                "dynamics.keep must be above 0 where dynamics.integrator is \"velocity_verlet\": without inertia nothing moves"
+            );
+        }
+        Ok(Self { integrator: integrator.build(), ..self })
     }
 
     /// The same model, its predictions changed by `corrections` at the end of every control step, in their order.
@@ -161,18 +181,28 @@ impl Dynamics for ParticleModel {
 
     fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
         scene.check()?;
+        ensure!(
+            self.substeps(scene.interval) < SUBSTEPS,
+            "a control step of {} s would take {SUBSTEPS} substeps or more: a law is too stiff; lower its stiffness or rate, or raise \
+             dynamics.stability",
+            scene.interval
+        );
         self.laws.iter().try_for_each(|law| law.accepts(scene))?;
         self.corrections.iter().try_for_each(|correction| correction.accepts(scene))
     }
 
     fn encode(&self, scene: &Scene) -> ParticleState {
-        ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory)
+        let state = ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory);
+        let begin = |law: &Box<dyn Law>| {
+            law.remembers().map_or_else(History::default, |memory| memory.begin(&state.particles, &state.body))
+        };
+        ParticleState { histories: self.laws.iter().map(begin).collect(), ..state }
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
         let interval = Interval::new(self, state, control);
-        let particles = interval.correct(interval.advance(None), None);
-        state.next(particles, control)
+        let (particles, histories) = self.integrator.advance(&interval, None);
+        state.next(interval.correct(particles, None), histories, control)
     }
 
     fn decode(&self, state: &ParticleState) -> Particles {
@@ -189,6 +219,10 @@ impl Dynamics for ParticleModel {
 
     fn messages_vjp(&self, scene: &Scene, control: &Control, at: &[[f64; 2]], weights: &mut [f32]) {
         self.said_vjp(scene, control, at, weights);
+    }
+
+    fn checkpoints(&self) -> Checkpoints {
+        self.checkpoints
     }
 
     fn weights(&self) -> Vec<f32> {

@@ -1,5 +1,6 @@
 //! What a particle model carries from step to step.
 use crate::graph::{GraphPolicy, Skeleton};
+use crate::model::law::History;
 use crate::state::{Constants, Control, Order, Particles, Pose, Scene, ToolShape, Wall};
 use glam::DVec3;
 use std::sync::Arc;
@@ -25,6 +26,8 @@ pub struct ParticleState {
     pub(super) tool: Arc<ToolShape>,
     /// What the model's graph keeps from the start.
     pub(super) skeleton: Arc<Skeleton>,
+    /// What each law remembers of pairs, in the order of the model's laws.
+    pub(super) histories: Vec<History>,
     /// Pose of each part now.
     pub(super) poses: Vec<Pose>,
     /// Duration of one control step \[s\].
@@ -56,16 +59,18 @@ impl ParticleState {
             walls: Arc::clone(&scene.walls),
             constants: Arc::clone(&scene.constants),
             tool: Arc::clone(&scene.tool),
+            histories: Vec::new(),
             poses: scene.poses.clone(),
             interval: scene.interval,
         }
     }
 
-    /// The state after a step that ends with these particles.
-    pub(super) fn next(&self, particles: Particles, control: &Control) -> Self {
+    /// The state after a step that ends with these particles and memories.
+    pub(super) fn next(&self, particles: Particles, histories: Vec<History>, control: &Control) -> Self {
         let past = std::iter::once(&self.particles.velocities).chain(&self.past).take(self.past.len());
         Self {
             particles,
+            histories,
             past: past.cloned().collect(),
             order: self.order.clone(),
             body: Arc::clone(&self.body),
