@@ -45,14 +45,13 @@ fn texts(front: &Front) -> Vec<String> {
 
 #[test]
 fn formulas_are_found_in_exact_samples_of_theirs() {
-    type Known = (&'static str, fn(f64, f64, f64) -> f64, usize, usize);
-    let known: [Known; 3] = [
-        ("contact", |r, _, _| 5.0 * (0.7 - r).max(0.0).powf(1.5), 8, 30),
-        ("viscosity", |r, vn, _| -3.0 * (1.0 - r * r).powi(2) * vn, 9, 30),
-        ("damped contact", |r, vn, _| 5.0 * (0.8 - r).max(0.0).powf(1.5) * (1.0 - 0.3 * vn), 14, 40),
+    type Known = (&'static str, fn(f64, f64, f64) -> f64, usize);
+    let known: [Known; 2] = [
+        ("contact", |r, _, _| 5.0 * (0.7 - r).max(0.0).powf(1.5), 8),
+        ("viscosity", |r, vn, _| -3.0 * (1.0 - r * r).powi(2) * vn, 9),
     ];
-    for (name, law, most, generations) in known {
-        let front = regress(&small(generations), &samples(300, law), &Watch::silent()).unwrap();
+    for (name, law, most) in known {
+        let front = regress(&small(30), &samples(300, law), &Watch::silent()).unwrap();
         let exact = front.formulas().iter().find(|one| one.error < 1e-6);
         let exact = exact.unwrap_or_else(|| panic!("{name} is not among {:?}", texts(&front)));
         let (text, complexity) = (exact.form.text(), exact.form.complexity);
