@@ -43,7 +43,8 @@ fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>>
         for &side in sides {
             watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())?;
             let block = Block::of(side)?;
-            let mut made = vec![block.ours(controls)?];
+            let mut made =
+                vec![block.ours("ours", &block.model, controls)?, block.ours("single", &block.single, controls)?];
             // A rehearsal needs no interpreter.
             if size == Size::Paper {
                 made.extend(block.theirs(peer)?);
@@ -61,6 +62,8 @@ fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>>
 struct Block {
     spec: MpmSpec,
     model: MpmModel,
+    /// The same in single precision.
+    single: MpmModel,
     scene: Scene,
 }
 
@@ -86,7 +89,8 @@ impl Block {
         let positions = (0..side.pow(3)).map(|n| 0.5 * CELL * (place(n) + 0.5)).collect();
         let none = Arc::new(ToolShape::from(Vec::new()));
         let scene = Scene::open(Particles::at_rest(positions), none, Vec::new(), 0.1);
-        Ok(Self { model: MpmModel::new(spec.clone())?, spec, scene })
+        let single = MpmModel::new(MpmSpec { precision: Precision::Single, ..spec.clone() })?;
+        Ok(Self { model: MpmModel::new(spec.clone())?, single, spec, scene })
     }
 
     fn steps(&self) -> usize {
@@ -94,26 +98,26 @@ impl Block {
     }
 
     /// Speed over one control step, and the price of a gradient over some, in rollouts over as many.
-    fn ours(&self, controls: usize) -> anyhow::Result<Value> {
+    fn ours(&self, variant: &str, model: &MpmModel, controls: usize) -> anyhow::Result<Value> {
         let control = Control::default();
-        let start = self.model.encode(&self.scene);
+        let start = model.encode(&self.scene);
         let clock = cpu_seconds()?;
-        let end = self.model.step(&start, &control);
+        let end = model.step(&start, &control);
         let used = cpu_seconds()? - clock;
         let controls = vec![control; controls];
         let clock = cpu_seconds()?;
-        let rollout = self.model.rollout(&self.scene, &controls);
+        let rollout = model.rollout(&self.scene, &controls);
         let forward = cpu_seconds()? - clock;
         let clock = cpu_seconds()?;
-        let gradient = WorldModel::gradient(&self.model, &self.scene, &controls, &Height);
+        let gradient = WorldModel::gradient(model, &self.scene, &controls, &Height);
         let both = cpu_seconds()? - clock;
         let gradient = gradient.context("the model has lost its adjoint")?;
         ensure!((gradient.cost - Height.total(&rollout)).abs() <= 1e-9 * gradient.cost, "the sweep's cost is another");
-        let after = self.model.decode(&end).positions;
+        let after = model.decode(&end).positions;
         let moved = after.iter().zip(&self.scene.particles.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
         let speed = (self.scene.particles.len() * self.steps()) as f64 / used;
         Ok(
-            json!({ "engine": "pliant", "variant": "ours", "particle_steps_per_second": speed, "gradient": both / forward,
+            json!({ "engine": "pliant", "variant": variant, "particle_steps_per_second": speed, "gradient": both / forward,
             "moved": moved }),
         )
     }
@@ -166,14 +170,17 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let shown = |number: f64| if number.is_finite() { format!("{number:.2}") } else { "–".into() };
     let ratio = |count: f64, variant| of(count, "ours", speed) / of(count, variant, speed);
     let line = |&count: &f64| {
-        let mut cells = vec![format!("{count}"), shown(of(count, "ours", speed) * 1e-6)];
+        let (double, single) = (of(count, "ours", speed), of(count, "single", speed));
+        let mut cells = vec![format!("{count}"), shown(double * 1e-6), shown(single * 1e-6), shown(single / double)];
         for (variant, _) in VARIANTS {
             cells.extend([shown(of(count, variant, speed) * 1e-6), shown(ratio(count, variant))]);
         }
-        cells.push(shown(of(count, "ours", "gradient")));
+        cells.extend(["ours", "single"].map(|variant| shown(of(count, variant, "gradient"))));
         cells
     };
-    let header = ["points", "ours [M/s]", VARIANTS[0].1, "ratio", VARIANTS[1].1, "ratio", "gradient [rollouts]"];
+    let theirs = VARIANTS.map(|(_, name)| [name, "ratio"]);
+    let header =
+        [&["points", "ours [M/s]", "in single", "ratio"], &theirs.concat()[..], &["gradient [rollouts]", "in single"]];
     let worst = counts.iter().map(|&count| ratio(count, VARIANTS[0].0)).fold(f64::NAN, f64::min);
     let price = counts.iter().map(|&count| of(count, "ours", "gradient")).fold(f64::NAN, f64::max);
     let gap = rows.iter().map(|row| number(row, "gap")).fold(f64::NAN, f64::max);
@@ -184,11 +191,11 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     };
     Ok(Grid {
         title: "The material point method beside Taichi's: millions of particle steps a CPU second".into(),
-        header: header.map(String::from).to_vec(),
+        header: header.concat().into_iter().map(String::from).collect(),
         rows: counts.iter().map(line).collect(),
         notes: vec![
-            "one thread each, medians of rounds in the same run; same points, grid and substeps; ours in double precision, Taichi's \
-             in single; its example is a fluid, which has no shear to decompose"
+            "one thread each, medians of rounds in the same run; same points, grid and substeps; ours in double precision where \
+             nothing else is said, Taichi's in single; its example is a fluid, which has no shear to decompose"
                 .into(),
             format!(
                 "at least {worst:.2} times as fast as Taichi's example (claim: {CLAIMED}; {})",
