@@ -193,10 +193,10 @@ impl Dynamics for ParticleModel {
 
     fn encode(&self, scene: &Scene) -> ParticleState {
         let state = ParticleState::new(scene, self.graph.as_deref(), &self.rigid, self.memory);
-        let begin = |law: &Box<dyn Law>| {
+        let begin = |law: &dyn Law| {
             law.remembers().map_or_else(History::default, |memory| memory.begin(&state.particles, &state.body))
         };
-        ParticleState { histories: self.laws.iter().map(begin).collect(), ..state }
+        ParticleState { histories: self.laws.iter().map(|law| begin(law.as_ref())).collect(), ..state }
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
