@@ -6,7 +6,7 @@
 use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::lump::{away, block, pressed, under};
 use crate::remembering::remembering;
-use crate::slopes::{constants, gain, price, slopes};
+use crate::slopes::{RELATIVE, STEP, constants, gain, price, slopes};
 use crate::stack::{drift, order, regression, stack};
 use anyhow::Context;
 use glam::DVec3;
@@ -68,13 +68,13 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let models: [(&str, &dyn WorldModel); 2] = [("particles", &*built(&particles)?), ("mpm", &continuum)];
     for (name, model) in models {
         for (by, state, control) in [("state", 1.0, 0.0), ("control", 0.0, 1.0)] {
-            let errors = slopes(model, directions, state, control)?;
+            let errors = slopes(model, directions, [state, control], STEP)?;
             let worst = errors.iter().copied().fold(0.0, f64::max);
             add(name, &format!("gradient by {by}, median error [1]"), median(errors), 0.0, 1e-4)?;
             add(name, &format!("gradient by {by}, greatest error [1]"), worst, 0.0, 1e-4)?;
         }
     }
-    let errors = constants(&particles, directions)?;
+    let errors = constants(&particles, directions, RELATIVE)?;
     let worst = errors.iter().copied().fold(0.0, f64::max);
     add("particles", "gradient by constants, median error [1]", median(errors), 0.0, 1e-4)?;
     add("particles", "gradient by constants, greatest error [1]", worst, 0.0, 1e-4)?;

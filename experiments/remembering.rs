@@ -1,6 +1,6 @@
 //! Laws that remember pairs: bonds that flow and break, and friction with a tangential spring.
 use crate::physics::{built, kept, with};
-use crate::slopes::{constants, slopes};
+use crate::slopes::{RELATIVE, STEP, constants, slopes};
 use anyhow::Context;
 use pliant::train::replace;
 use serde_json::{Value, json};
@@ -9,6 +9,9 @@ use serde_json::{Value, json};
 const BRITTLE: f64 = 0.1;
 /// Tangential stiffness over a particle's mass [s^-2].
 const TANGENTIAL: f64 = 500.0;
+
+/// Steps of differences, of those of other laws: what yields, breaks or starts to slide within one bends the cost there.
+const SHORT: f64 = 0.1;
 
 /// Takes the model, what was measured of it, the value and its bounds.
 type Add<'a> = dyn FnMut(&str, &str, f64, f64, f64) -> anyhow::Result<()> + 'a;
@@ -31,11 +34,11 @@ pub(crate) fn remembering(
     let greatest = |errors: Vec<f64>| errors.into_iter().fold(0.0, f64::max);
     for (name, config) in [("bonds", &bonds), ("springs", &springs)] {
         let model = built(config)?;
-        let by_state = greatest(slopes(&*model, directions, 1.0, 0.0)?);
+        let by_state = greatest(slopes(&*model, directions, [1.0, 0.0], SHORT * STEP)?);
         add(name, "gradient by state, greatest error [1]", by_state, 0.0, 1e-4)?;
-        let by_control = greatest(slopes(&*model, directions, 0.0, 1.0)?);
+        let by_control = greatest(slopes(&*model, directions, [0.0, 1.0], SHORT * STEP)?);
         add(name, "gradient by control, greatest error [1]", by_control, 0.0, 1e-4)?;
-        let by_constants = greatest(constants(config, directions)?);
+        let by_constants = greatest(constants(config, directions, SHORT * RELATIVE)?);
         add(name, "gradient by constants, greatest error [1]", by_constants, 0.0, 1e-4)?;
     }
     Ok(())

@@ -13,9 +13,9 @@ use serde_json::Value;
 use std::time::Instant;
 
 /// Steps of differences: small against the lengths over which a contact changes, large against rounding.
-const STEP: f64 = 2e-9;
+pub(crate) const STEP: f64 = 2e-9;
 /// The same of the logarithm of a constant.
-const RELATIVE: f64 = 5e-7;
+pub(crate) const RELATIVE: f64 = 5e-7;
 
 /// The errors of pairs (exact, difference), over the difference or the typical one, whichever is more.
 fn errors(pairs: &[(f64, f64)]) -> Vec<f64> {
@@ -23,8 +23,13 @@ fn errors(pairs: &[(f64, f64)]) -> Vec<f64> {
     pairs.iter().map(|(exact, d)| (exact - d).abs() / d.abs().max(typical)).collect()
 }
 
-/// Errors of the gradient along random directions, by the scene's state, by its controls, or by both.
-pub(crate) fn slopes(model: &dyn WorldModel, directions: usize, state: f64, control: f64) -> anyhow::Result<Vec<f64>> {
+/// Errors of the gradient along random directions, by the scene's state, by its controls, or by both, against differences of this step.
+pub(crate) fn slopes(
+    model: &dyn WorldModel,
+    directions: usize,
+    [state, control]: [f64; 2],
+    step: f64,
+) -> anyhow::Result<Vec<f64>> {
     let problem = pressed(4, 5, 0.022);
     let gradient = model.gradient(&problem.0, &problem.1, &Spread).context("the model has lost its adjoint")?;
     let mut rng = stream(7, &[u64::from_le_bytes(*b"slopes\0\0")]);
@@ -34,13 +39,13 @@ pub(crate) fn slopes(model: &dyn WorldModel, directions: usize, state: f64, cont
             let (scene, controls) = direction.moved(&problem, h);
             Spread.total(&model.rollout(&scene, &controls))
         };
-        (direction.along(&gradient), (cost(STEP) - cost(-STEP)) / (2.0 * STEP))
+        (direction.along(&gradient), (cost(step) - cost(-step)) / (2.0 * step))
     };
     Ok(errors(&(0..directions).map(pair).collect::<Vec<_>>()))
 }
 
-/// Errors of the derivatives along random directions in the logarithms of all constants.
-pub(crate) fn constants(model: &Value, directions: usize) -> anyhow::Result<Vec<f64>> {
+/// Errors of the derivatives along random directions in the logarithms of all constants, against differences of this step.
+pub(crate) fn constants(model: &Value, directions: usize, step: f64) -> anyhow::Result<Vec<f64>> {
     let (scene, controls) = pressed(4, 5, 0.022);
     let at_model = built(model)?;
     let paths = at_model.constants();
@@ -55,7 +60,7 @@ pub(crate) fn constants(model: &Value, directions: usize) -> anyhow::Result<Vec<
             Ok(Spread.total(&built(&replace(model, moved)?)?.rollout(&scene, &controls)))
         };
         let exact = gradient.iter().zip(&values).zip(&along).map(|((g, x), d)| g * x * d).sum();
-        Ok((exact, (cost(RELATIVE)? - cost(-RELATIVE)?) / (2.0 * RELATIVE)))
+        Ok((exact, (cost(step)? - cost(-step)?) / (2.0 * step)))
     };
     Ok(errors(&(0..directions).map(pair).collect::<anyhow::Result<Vec<_>>>()?))
 }

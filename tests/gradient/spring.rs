@@ -1,4 +1,5 @@
 //! The gradient through friction with a tangential spring, sticking and sliding.
+use super::agreement::{Change, check_at};
 use super::constants::{build, check as check_constants, config};
 use super::*;
 use pliant::train::replace;
@@ -16,15 +17,20 @@ fn sprung(friction: f64) -> Value {
     config
 }
 
+/// Whatever starts or stops to slide within a step bends the cost there, and a lump of springs does so often: steps are shorter.
+fn check_sprung(config: &Value, name: &str, change: Change) {
+    check_at(&*build(config), name, change, [4e-10, 1e-10, 3e-11], 1e-5);
+}
+
 #[test]
 fn the_gradient_through_springs_that_stick_and_slide_agrees_with_central_differences() {
     for (friction, integrator) in [(0.1, "semi_implicit_euler"), (0.3, "velocity_verlet"), (3.0, "semi_implicit_euler")]
     {
         let mut config = sprung(friction);
         config["integrator"] = json!(integrator);
-        check(&*build(&config), &format!("friction {friction} by {integrator}"), |_| ());
+        check_sprung(&config, &format!("friction {friction} by {integrator}"), |_| ());
     }
-    check(&*build(&sprung(0.3)), "springs beside a wall", beside_a_wall);
+    check_sprung(&sprung(0.3), "springs beside a wall", beside_a_wall);
 }
 
 #[test]
