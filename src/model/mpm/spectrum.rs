@@ -85,9 +85,10 @@ impl<R: Real> Spectra<R> {
     /// U and t of a lane.
     #[inline]
     pub(super) fn get(&self, lane: usize) -> Spectrum<R> {
+        let column = |k: usize| R::Vector::new(std::array::from_fn(|row| self.vectors[k][row][lane]));
         Spectrum {
-            vectors: R::Matrix::new(self.vectors.map(|column| R::Vector::new(column.map(|row| row[lane])))),
-            values: R::Vector::new(self.diagonal.map(|row| row[lane])),
+            vectors: R::Matrix::new(std::array::from_fn(column)),
+            values: R::Vector::new(std::array::from_fn(|k| self.diagonal[k][lane])),
         }
     }
 }
