@@ -17,7 +17,6 @@ mod distil;
 mod edge_types;
 mod endurance;
 mod formula;
-mod generalise;
 mod gradient_quality;
 mod hierarchy;
 mod horizon;
@@ -37,7 +36,6 @@ mod random_graph;
 mod recovery;
 mod remembering;
 mod rounds;
-mod samples;
 mod slopes;
 mod speed;
 mod stack;
@@ -57,8 +55,6 @@ const EXPERIMENTS: &[Experiment] = &[
     noise::CLAIM,
     horizon::CLAIM,
     menu::CLAIM,
-    generalise::CLAIM,
-    samples::CLAIM,
     box_bath::CLAIM,
     world::CLAIM,
     endurance::CLAIM,
