@@ -119,6 +119,11 @@ fn seeded(value: Value, seed: u64) -> Value {
     }
 }
 
+const NOTES: [&str; 2] = [
+    "a step: time of one thread to predict a control step, the median over fits",
+    "not finite: predictions that were not, of all fits; one such makes the mean unknown",
+];
+
 /// One line a lesson, exam and model, each minus the model that `references` says, paired by seed.
 pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> bool) -> Grid {
     let text = |row: &Value, key: &str| row[key].as_str().unwrap_or("–").to_owned();
@@ -158,7 +163,18 @@ pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> boo
         ]);
         cells
     };
-    let labelled = keys.iter().map(|key| (format!("{} / {} / {}", key[0], key[1], key[2]), against(key)));
+    let mut blocks: Vec<[String; 2]> = Vec::new();
+    for [lesson, exam, _] in &keys {
+        let block = [lesson.clone(), exam.clone()];
+        if !blocks.contains(&block) {
+            blocks.push(block);
+        }
+    }
+    let within = |block: &[String; 2]| keys.iter().filter(|key| key[..2] == *block).collect::<Vec<_>>();
+    let said = blocks.iter().map(|block| {
+        let labelled = within(block).into_iter().map(|key| (key[2].clone(), against(key)));
+        format!("rollout error against the reference, learned from {}, {}: {}", block[0], block[1], verdict(labelled))
+    });
     let header = [
         "learned from",
         "judged on",
@@ -174,15 +190,14 @@ pub(crate) fn lines(title: &str, rows: &[Value], reference: impl Fn(&str) -> boo
     Grid {
         title: title.to_owned(),
         header: header.map(String::from).to_vec(),
-        rows: keys.iter().map(line).collect(),
-        notes: vec![
-            format!(
-                "one step, rollout: root mean square error over particles and episodes that no fit has seen, mean ± 95 % interval over \
-                 {fits} fits; ÷ still: the rollout's over that of a model in which nothing moves"
-            ),
-            format!("rollout error against the reference, paired by seed: {}", verdict(labelled)),
-            "a step: time of one thread to predict a control step, the median over fits".to_owned(),
-            "not finite: predictions that were not, of all fits; one such makes the mean unknown".to_owned(),
-        ],
+        rows: blocks.iter().flat_map(within).map(line).collect(),
+        notes: [format!(
+            "one step, rollout: root mean square error over particles and episodes that no fit has seen, mean ± 95 % interval over {fits} \
+             fits; ÷ still: the rollout's over that of a model in which nothing moves; Δ reference: paired by seed"
+        )]
+        .into_iter()
+        .chain(said)
+        .chain(NOTES.map(str::to_owned))
+        .collect(),
     }
 }
