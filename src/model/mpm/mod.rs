@@ -19,8 +19,9 @@
 //! is the adjoint of all of it. Places stay f64, because away from the origin a creeping point's way in a substep is less than
 //! f32 can add to its place; so do the contacts of nodes, which are few beside points times stencils. Over the 15 steps of the
 //! quickstart's actions, points end within 2·10⁻⁴ of the way they moved from where double has them, and derivatives by the
-//! controls differ by 10⁻³ of their length. It is about a fifth faster, and its tapes are little more than half as long: a node is
-//! four numbers, in one register either way, so that only the spectra, in three sweeps instead of four, and the memory gain.
+//! controls differ by 10⁻³ of their length. How little faster it is `experiments mpm_speed` tells; its tapes are little more than
+//! half as long. A node is four numbers, in one register either way, so that only the spectra, in three sweeps instead of four, and
+//! the memory gain.
 use super::{Adjoint, Checkpoints, Dynamics};
 use crate::state::{Control, Particles, Scene};
 use anyhow::ensure;
