@@ -34,7 +34,7 @@ const SMALL: [Model<'_>; 3] = [
     ("learned", &["train.network.steps=2"]),
     ("projected", &["train.projected.steps=2"]),
 ];
-/// Episodes to learn from.
+/// Episodes to learn from; who has learned from the last of them is judged on what differs, too.
 const LESSONS: [usize; 3] = [9, 27, 72];
 /// What differs from the lesson: the dough, the tools, the block, and how often each tool is used.
 const UNSEEN: [(&str, &[&str]); 4] = [
@@ -55,26 +55,18 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let paper = size == Size::Paper;
     let (name, models, seeds) = if paper { ("quickstart", &MODELS[..], 5) } else { ("smoke", &SMALL[..], 1) };
     let data = dataset(name, &[], watch)?;
-    let mut rows = Vec::new();
-    for count in LESSONS.into_iter().take(if paper { LESSONS.len() } else { 1 }) {
-        let lesson = Lesson::of(named(count, &data), &data, count);
-        rows.extend(judged(models, &lesson, &[lesson.exam("the same")], seeds, watch)?);
-    }
-    let all = Lesson::of(named(usize::MAX, &data), &data, usize::MAX);
     let exams = UNSEEN.iter().map(|(what, words)| {
         let drawn = ["seed=2", if paper { "episodes=24" } else { "episodes=2" }];
         Ok(Exam::of(*what, dataset(name, &[*words, &drawn].concat(), watch)?))
     });
     let exams = exams.collect::<anyhow::Result<Vec<_>>>()?;
-    rows.extend(judged(models, &all, &exams, seeds, watch)?);
+    let lessons = if paper { &LESSONS[..] } else { &LESSONS[..1] };
+    let mut rows = Vec::new();
+    for (k, count) in lessons.iter().enumerate() {
+        let exams = if k + 1 == lessons.len() { &exams[..] } else { &[] };
+        rows.extend(judged(models, &Lesson::of(&data, *count), exams, seeds, watch)?);
+    }
     Ok(rows)
-}
-
-/// Minutes of data a tool that so many training episodes are.
-fn named(count: usize, data: &pliant::data::Dataset) -> String {
-    let lesson = Lesson::of("", data, count);
-    let seconds: f64 = lesson.split.train.iter().map(|e| e.interval * e.controls.len() as f64).sum();
-    format!("{:.2} min a tool", seconds / 60.0 / data.tools.len() as f64)
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {

@@ -7,7 +7,7 @@ use pliant::config::{self, Fingerprint, fingerprint};
 use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, simulate};
 use pliant::model::WorldModel;
 use pliant::table::{Grid, Interval, verdict};
-use pliant::train::{Split, Tools, evaluate};
+use pliant::train::{Evaluation, Split, Tools, evaluate};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -20,10 +20,10 @@ pub(crate) type Model<'a> = (&'a str, &'a [&'a str]);
 
 /// Episodes to learn from.
 pub(crate) struct Lesson {
-    /// What the table calls them.
-    pub(crate) name: String,
+    /// What the table calls them: their minutes a tool.
+    name: String,
     /// Those that fits see, and those of the same kind that they do not.
-    pub(crate) split: Split,
+    split: Split,
     mark: Fingerprint,
 }
 
@@ -43,17 +43,14 @@ pub(crate) fn dataset(name: &str, words: &[&str], watch: &Watch) -> anyhow::Resu
 
 impl Lesson {
     /// The first `count` of a dataset's training episodes.
-    pub(crate) fn of(name: impl Into<String>, dataset: &Dataset, count: usize) -> Self {
+    pub(crate) fn of(dataset: &Dataset, count: usize) -> Self {
         let mut split = Split::of(dataset, HELD_OUT);
         let count = count.min(split.train.len());
         split.train.truncate(count);
         split.held_out.truncate(JUDGED_ON);
-        Self { name: name.into(), split, mark: fingerprint(&(&dataset.metadata, count)) }
-    }
-
-    /// What the lesson's own dataset holds out.
-    pub(crate) fn exam(&self, name: impl Into<String>) -> Exam {
-        Exam { name: name.into(), episodes: self.split.held_out.clone(), tools: self.split.tools.clone() }
+        let seconds: f64 = split.train.iter().map(|e| e.interval * e.controls.len() as f64).sum();
+        let name = format!("{:.2} min a tool", seconds / 60.0 / split.tools.len() as f64);
+        Self { name, split, mark: fingerprint(&(&dataset.metadata, count)) }
     }
 }
 
@@ -64,7 +61,8 @@ impl Exam {
     }
 }
 
-/// A row for every model, seed and exam; every random stream of a fit is drawn anew for each seed.
+/// A row for every model, seed and exam, what the lesson's own dataset holds out being the first; every random stream of a fit is drawn
+/// anew for each seed.
 pub(crate) fn judged(
     models: &[Model<'_>],
     lesson: &Lesson,
@@ -73,21 +71,26 @@ pub(crate) fn judged(
     watch: &Watch,
 ) -> anyhow::Result<Vec<Value>> {
     let mut rows = Vec::new();
+    let artifacts = Artifacts::below(Path::new(RUNS));
     for (name, words) in models {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        let spec = config::load::<ContenderSpec>(format!("configs/model/{name}.toml").as_ref(), &words)?.spec;
+        let spec = serde_json::to_value(spec)?;
         for seed in 0..seeds {
             watch.go_on(|| "stopped between two fits; the same command goes on".to_owned())?;
-            let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-            let spec = config::load::<ContenderSpec>(format!("configs/model/{name}.toml").as_ref(), &words)?.spec;
-            let spec: ContenderSpec = serde_json::from_value(seeded(serde_json::to_value(spec)?, seed))?;
-            let artifacts = Artifacts::below(Path::new(RUNS));
+            let spec: ContenderSpec = serde_json::from_value(seeded(spec.clone(), seed))?;
             let fitted = spec.fit(name, &lesson.split, &lesson.mark, &artifacts, watch)?;
-            let cost = step_cost(fitted.model.as_ref(), &exams[0])?;
-            for exam in exams {
-                let told = evaluate(fitted.model.as_ref(), &exam.episodes, &exam.tools)
-                    .with_context(|| format!("judging {name} on {}", exam.name))?;
-                rows.push(json!({ "lesson": lesson.name, "exam": exam.name, "model": name, "seed": seed,
+            let cost = step_cost(fitted.model.as_ref(), &lesson.split)?;
+            let own = fitted.held_out.with_context(|| format!("{name} cannot start from a recording"))?;
+            let mut add = |exam: &str, told: &Evaluation| {
+                rows.push(json!({ "lesson": lesson.name, "exam": exam, "model": name, "seed": seed,
                     "one_step": told.one_step, "rollout": told.rollout, "still_rollout": told.still_rollout,
                     "episodes": told.episodes, "not_finite": told.not_finite, "step_seconds": cost }));
+            };
+            add("the same", &own);
+            for exam in exams {
+                let told = evaluate(fitted.model.as_ref(), &exam.episodes, &exam.tools);
+                add(&exam.name, &told.with_context(|| format!("judging {name} on {}", exam.name))?);
             }
         }
     }
@@ -95,9 +98,9 @@ pub(crate) fn judged(
 }
 
 /// Time of one thread that predicting a control step takes, the mean over an episode \[s\].
-fn step_cost(model: &dyn WorldModel, exam: &Exam) -> anyhow::Result<f64> {
-    let episode = &exam.episodes[0];
-    let scene = episode.scene(0, &exam.tools[&episode.tool]);
+fn step_cost(model: &dyn WorldModel, split: &Split) -> anyhow::Result<f64> {
+    let episode = &split.held_out[0];
+    let scene = episode.scene(0, &split.tools[&episode.tool]);
     let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     alone.install(|| {
         let clock = cpu_seconds()?;

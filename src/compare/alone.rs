@@ -24,7 +24,17 @@ pub fn train(
         "{} is no file; name a model's TOML such as configs/model/learned.toml, or, to draw a model of a comparison, that by --compare",
         model.display()
     );
-    let spec = config::load::<ContenderSpec>(model, overrides)?.spec;
+    fit_to(&config::load::<ContenderSpec>(model, overrides)?.spec, model, folder, root, watch)
+}
+
+/// Fits `spec`, which came from the file `model` and is called by its stem, to the dataset in `folder`.
+pub(super) fn fit_to(
+    spec: &ContenderSpec,
+    model: &Path,
+    folder: &Path,
+    root: &Path,
+    watch: &Watch,
+) -> anyhow::Result<Contender> {
     let name = model.file_stem().unwrap_or_default().to_string_lossy();
     let dataset = Dataset::load(folder)?;
     let mark = fingerprint(&dataset.metadata);

@@ -1,10 +1,10 @@
 //! A trained network's law, read back as a formula.
+use super::alone::fit_to;
 use super::contender::read_fitted;
-use super::{Artifacts, Contender, ContenderSpec};
+use super::{Contender, ContenderSpec};
 use crate::config;
-use crate::data::{Dataset, HELD_OUT};
+use crate::train::FitSpec;
 use crate::train::distil::{Candidate, DistilSpec, FRONT};
-use crate::train::{FitSpec, Split};
 use crate::watch::Watch;
 use anyhow::{Context, ensure};
 use indexmap::IndexMap;
@@ -32,13 +32,10 @@ pub fn distil(
     if !spec.train.values().any(|stage| matches!(stage, FitSpec::Distil(_))) {
         spec.train.insert("distil".to_owned(), FitSpec::Distil(DistilSpec::default()));
     }
-    let dataset = Dataset::load(folder)?;
-    let name = model.file_stem().unwrap_or_default().to_string_lossy();
-    let mark = config::fingerprint(&dataset.metadata);
-    let contender = spec.fit(&name, &Split::of(&dataset, HELD_OUT), &mark, &Artifacts::below(root), watch)?;
-    let stages = spec.train.keys().zip(contender.stages.values());
-    let front = stages.zip(spec.train.values()).filter(|(_, stage)| matches!(stage, FitSpec::Distil(_)));
-    let candidates = front.map(|((_, folder), _)| read(folder)).collect::<anyhow::Result<Vec<_>>>()?.concat();
+    let contender = fit_to(&spec, model, folder, root, watch)?;
+    let stages = spec.train.values().zip(contender.stages.values());
+    let distilled = stages.filter(|(stage, _)| matches!(stage, FitSpec::Distil(_)));
+    let candidates = distilled.map(|(_, folder)| read(folder)).collect::<anyhow::Result<Vec<_>>>()?.concat();
     Ok((contender, candidates))
 }
 

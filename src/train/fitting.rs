@@ -1,7 +1,7 @@
 //! How badly constants fit windows of recorded motion.
 use super::constants::replace;
 use super::matched::Matched;
-use super::search::{Cone, Misfit, Slope, Squares, at};
+use super::search::{Cone, Misfit, Slope, Squares, constants};
 use super::window::Window;
 use crate::model::{Cost, WorldModel};
 use indexmap::IndexMap;
@@ -27,7 +27,7 @@ const STEP: f64 = 1e-4;
 impl Fitting<'_> {
     /// The constants at `point` of the unit box.
     pub(super) fn constants(&self, point: &[f64]) -> Vec<f64> {
-        self.constants.values().zip(point).map(|(bounds, u)| at(*u, *bounds)).collect()
+        constants(point, &self.bounds())
     }
 
     /// The model's config with `constants`.
@@ -96,8 +96,8 @@ impl Misfit for Fitting<'_> {
         self.constants.values().copied().collect()
     }
 
-    fn cones(&self) -> Vec<Cone> {
-        self.cones.to_vec()
+    fn cones(&self) -> &[Cone] {
+        self.cones
     }
 
     fn cost(&self, point: &[f64]) -> f64 {

@@ -19,6 +19,7 @@ mod schedule;
 pub mod search;
 mod sparsity;
 mod split;
+mod spread;
 mod train_spec;
 mod trainer;
 mod unmatched;

@@ -1,6 +1,7 @@
 //! All windows of some episodes: what batches are drawn from, and what models are judged on.
 use super::Window;
 use super::split::Tools;
+use super::spread::spread;
 use crate::data::Episode;
 use crate::state::{Particles, ToolShape};
 use anyhow::Context;
@@ -78,9 +79,7 @@ impl<'a> Windows<'a> {
     }
 
     fn evenly(&self, list: &[(usize, usize)], count: usize) -> Vec<Window<'a>> {
-        let count = count.min(list.len());
-        // The middle of each of `count` equal shares, so that neither the first nor the last steps are preferred.
-        (0..count).map(|i| self.window(list[(2 * i + 1) * list.len() / (2 * count)])).collect()
+        spread(count, list.len()).map(|i| self.window(list[i])).collect()
     }
 
     fn window(&self, (episode, start): (usize, usize)) -> Window<'a> {

@@ -16,21 +16,8 @@ pub(crate) fn pair() -> LearnedPairSpec {
 
 /// Under that law alone, a control step being one substep.
 pub(crate) fn model(pair: LearnedPairSpec) -> ModelSpec {
-    let (rigid, corrections, graph) = Default::default();
-    let laws = vec![LawSpec::LearnedPair(pair)];
-    let (stability, integrator, checkpoints) = Default::default();
-    let substeps = 1;
-    ModelSpec::Particles(ParticlesSpec {
-        substeps,
-        keep: 1.0,
-        stability,
-        integrator,
-        checkpoints,
-        rigid,
-        graph,
-        laws,
-        corrections,
-    })
+    let spec = toml_edit::de::from_str("substeps = 1\nkeep = 1.0").unwrap();
+    ModelSpec::Particles(ParticlesSpec { laws: vec![LawSpec::LearnedPair(pair)], ..spec })
 }
 
 fn shaken() -> Box<dyn WorldModel> {

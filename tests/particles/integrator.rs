@@ -135,6 +135,18 @@ fn rollouts_are_finite_under_random_motions_and_the_same_one_by_one() {
     assert_ne!(together[0], together[1]);
 }
 
+/// A rollout of random motion whose particles are given another order afterwards, and one whose particles have it from the start.
+pub(crate) fn relabelled(model: &dyn WorldModel, order: &[usize], seed: u64) -> [Vec<Particles>; 2] {
+    let (start, controls) = random_motion(seed, 3);
+    let shuffle = |x: &Particles| Particles {
+        positions: order.iter().map(|&i| x.positions[i]).collect(),
+        velocities: order.iter().map(|&i| x.velocities[i]).collect(),
+    };
+    let other = Scene { particles: shuffle(&start.particles), ..start.clone() };
+    let rollout = model.rollout(&start, &controls);
+    [rollout.iter().map(shuffle).collect(), model.rollout(&other, &controls)]
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
     #[test]
@@ -142,15 +154,9 @@ proptest! {
         order in Just((0..120).collect::<Vec<usize>>()).prop_shuffle(), seed in 0u64..1000,
     ) {
         let model = analytic_model();
-        let (start, controls) = random_motion(seed, 3);
-        let shuffle = |x: &Particles| Particles {
-            positions: order.iter().map(|&i| x.positions[i]).collect(),
-            velocities: order.iter().map(|&i| x.velocities[i]).collect(),
-        };
-        let relabelled = Scene { particles: shuffle(&start.particles), ..start.clone() };
-        let rollouts = [model.rollout(&start, &controls), model.rollout(&relabelled, &controls)];
-        for (x, y) in rollouts[0].iter().zip(&rollouts[1]) {
-            prop_assert_eq!(&shuffle(x), y);
+        let [rollout, relabelled] = relabelled(&*model, &order, seed);
+        for (x, y) in rollout.iter().zip(&relabelled) {
+            prop_assert_eq!(x, y);
         }
     }
 }

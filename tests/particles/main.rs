@@ -1,9 +1,10 @@
 //! Particle models: the integrator, the written laws, and the dough that they make together.
 use glam::DVec3;
-use pliant::model::law::{Law, LawSpec};
+use pliant::graph::Graph;
+use pliant::model::law::{History, Law, LawSpec, View};
 use pliant::model::particles::{ParticleModel, ParticlesSpec};
 use pliant::model::{ModelSpec, WorldModel};
-use pliant::state::{Control, Part, Particles, Pose, Scene, Solid, ToolShape};
+use pliant::state::{Constants, Control, Part, Particles, Pose, Scene, Solid, ToolShape};
 use pliant::tool::Motion;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -43,6 +44,24 @@ fn analytic_model() -> Box<dyn WorldModel> {
 
 fn law(text: &str) -> Box<dyn Law> {
     toml_edit::de::from_str::<LawSpec>(text).unwrap().build().unwrap()
+}
+
+/// What a law says that sees nothing but these particles of one body, and what it remembers of them.
+fn seen<T>(particles: &Particles, history: &History, ask: impl FnOnce(&View<'_>) -> T) -> T {
+    let (graph, constants, tool) = (Graph::default(), Constants::new(), ToolShape::from(Vec::new()));
+    ask(&View {
+        particles,
+        past: &[],
+        body: &vec![0; particles.len()],
+        walls: &[],
+        graph: &graph,
+        constants: &constants,
+        tool: &tool,
+        poses: &[],
+        twists: &[],
+        interval: 0.1,
+        history,
+    })
 }
 
 /// A model without drag.

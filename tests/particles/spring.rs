@@ -1,9 +1,7 @@
 //! Friction with a tangential spring: it holds what the regularised law lets creep, and slides as Coulomb says.
 use super::*;
 use glam::DQuat;
-use pliant::graph::Graph;
-use pliant::model::law::{History, View};
-use pliant::state::{Constants, Wall};
+use pliant::state::Wall;
 
 const RADIUS: f64 = 0.01;
 const STIFFNESS: f64 = 5e4;
@@ -120,24 +118,10 @@ fn springs_between_particles_keep_momentum() {
 fn a_spring_is_forgotten_with_its_contact_and_never_longer_than_the_coulomb_limit() {
     let law = law(&touching("floor", SPRING).replace("[[laws]]\n", ""));
     let memory = law.remembers().expect("a spring remembers");
-    let (graph, constants, tool) = (Graph::default(), Constants::new(), ToolShape::from(Vec::new()));
     let after = |history: &History, overlap: f64, speed: f64| {
         let positions = vec![DVec3::Z * (RADIUS - overlap)];
         let particles = Particles { positions, velocities: vec![DVec3::X * speed] };
-        let view = View {
-            particles: &particles,
-            past: &[],
-            body: &[0],
-            walls: &[],
-            graph: &graph,
-            constants: &constants,
-            tool: &tool,
-            poses: &[],
-            twists: &[],
-            interval: 0.1,
-            history,
-        };
-        memory.advance(&view, 1e-3)
+        seen(&particles, history, |view| memory.advance(view, 1e-3))
     };
     let stretched = after(History::NONE, 1e-3, 0.01);
     assert_eq!(stretched.row::<3>(0), [1e-5, 0.0, 0.0], "what slid, times the time");

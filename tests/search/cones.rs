@@ -46,8 +46,8 @@ impl Misfit for Within {
     fn bounds(&self) -> Vec<[f64; 2]> {
         self.0.bounds()
     }
-    fn cones(&self) -> Vec<Cone> {
-        vec![self.1.clone()]
+    fn cones(&self) -> &[Cone] {
+        std::slice::from_ref(&self.1)
     }
     fn cost(&self, point: &[f64]) -> f64 {
         assert!(self.1.holds(&Smooth::constants(point)), "asked outside of the cone");

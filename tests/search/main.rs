@@ -1,7 +1,8 @@
 //! Searches over the box of constants: each finds what it should, and none asks for more than it may.
 mod cones;
 use pliant::train::search::{
-    GaussianProcess, Misfit, SearchSpec, Slope, Squares, Start, Tried, at, expected_improvement, least_within, place,
+    GaussianProcess, Misfit, SearchSpec, Slope, Squares, Start, Tried, at, constants, expected_improvement,
+    least_within, place,
 };
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -32,7 +33,7 @@ impl Smooth {
     }
 
     fn constants(point: &[f64]) -> Vec<f64> {
-        point.iter().zip(BOUNDS).map(|(u, bounds)| at(*u, bounds)).collect()
+        constants(point, &BOUNDS)
     }
 
     /// Residuals, and their derivative by relative changes of the constants.

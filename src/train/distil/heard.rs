@@ -7,6 +7,7 @@ use crate::model::formula::Interval;
 use crate::model::law::Message;
 use crate::model::law::formula::Between;
 use crate::train::split::{Split, Tools, set_aside};
+use crate::train::spread::spread;
 use crate::train::windows::Windows;
 use anyhow::ensure;
 use rayon::prelude::*;
@@ -96,8 +97,7 @@ impl Encounter {
     /// At most `count` of its messages, at even distances.
     pub(super) fn some(&self, all: &[Message], count: usize) -> Vec<Message> {
         let own: Vec<Message> = all.iter().filter(|m| m.kind == self.kind).copied().collect();
-        let count = count.min(own.len());
-        (0..count).map(|i| own[(2 * i + 1) * own.len() / (2 * count)]).collect()
+        spread(count, own.len()).map(|i| own[i]).collect()
     }
 
     /// A component of messages, in units of `force` \[m/s²\], over r and overlap in units of the reach, v_n and v_t in units of the

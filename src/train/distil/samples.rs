@@ -1,5 +1,6 @@
 //! What a formula is fitted to: columns of variables without unit, and what it should be.
 use crate::model::formula::{BLOCK, Interval, Program};
+use crate::train::spread::spread;
 
 /// A variable of the formulas: its name, where it may lie in any scene, and its value in every sample.
 #[derive(Clone, Debug)]
@@ -40,9 +41,7 @@ impl Samples {
 
     /// So many samples at even distances, or all.
     pub(super) fn thinned(&self, count: usize) -> Self {
-        let all = self.target.len();
-        let count = count.min(all);
-        let thin = |values: &[f64]| (0..count).map(|i| values[(2 * i + 1) * all / (2 * count)]).collect();
+        let thin = |values: &[f64]| spread(count, self.target.len()).map(|i| values[i]).collect();
         let of = |variable: &Variable| Variable { values: thin(&variable.values), ..variable.clone() };
         Self { variables: self.variables.iter().map(of).collect(), target: thin(&self.target) }
     }

@@ -1,5 +1,5 @@
 //! Convex least squares in the constants themselves, step by step where the prediction is not linear in them.
-use super::place::{at, place};
+use super::place::{constants, place};
 use super::quadratic::least_within;
 use super::{Each, Search, Start, Tried};
 use anyhow::ensure;
@@ -55,7 +55,7 @@ impl Search for LeastSquares {
         let (mut point, mut damping) = (start.point.clone(), 0.0);
         while affords(price + 1) {
             let Some(here) = tried.squares(&point, price) else { return each(None) };
-            let constants: Vec<f64> = point.iter().zip(&bounds).map(|(u, bounds)| at(*u, *bounds)).collect();
+            let constants = constants(&point, &bounds);
             let room: Vec<[f64; 2]> = constants
                 .iter()
                 .zip(&bounds)

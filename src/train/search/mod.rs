@@ -23,7 +23,7 @@ pub use cone::Cone;
 pub use gaussian_process::{GaussianProcess, expected_improvement};
 pub use gradient::{Descent, DescentSpec};
 pub use least_squares::{LeastSquares, LeastSquaresSpec};
-pub use place::{at, place};
+pub use place::{at, constants, place};
 pub use quadratic::least_within;
 pub use random::{Random, RandomSpec};
 pub use tried::{Found, Slope, Squares, Tried};
@@ -33,8 +33,8 @@ pub trait Misfit: Sync {
     /// Lower and upper bound of every constant.
     fn bounds(&self) -> Vec<[f64; 2]>;
     /// What the constants may be beside each other: outside of any of these nothing is asked.
-    fn cones(&self) -> Vec<Cone> {
-        Vec::new()
+    fn cones(&self) -> &[Cone] {
+        &[]
     }
     /// J; not finite where it has no value.
     fn cost(&self, point: &[f64]) -> f64;

@@ -1,5 +1,5 @@
 //! What a search has asked for: counted, and remembered so that a stopped search goes on.
-use super::{Cone, Misfit, at};
+use super::{Cone, Misfit, constants};
 use crate::train::checkpoint::{load, save};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -95,13 +95,13 @@ impl<'a> Tried<'a> {
     }
 
     /// What the constants may be beside each other.
-    pub fn cones(&self) -> Vec<Cone> {
+    pub fn cones(&self) -> &[Cone] {
         self.misfit.cones()
     }
 
     /// Whether the constants at `point` lie in all cones.
     pub fn holds(&self, point: &[f64]) -> bool {
-        let constants: Vec<f64> = point.iter().zip(self.bounds()).map(|(u, bounds)| at(*u, bounds)).collect();
+        let constants = constants(point, &self.bounds());
         self.cones().iter().all(|cone| cone.holds(&constants))
     }
 
