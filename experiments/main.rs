@@ -17,6 +17,7 @@ mod distil;
 mod edge_types;
 mod endurance;
 mod formula;
+mod generalise;
 mod gradient_quality;
 mod hierarchy;
 mod horizon;
@@ -30,23 +31,30 @@ mod network_speed;
 mod noise;
 mod peer;
 mod physics;
+mod planning_speed;
 mod quickstart;
 mod radius;
 mod random_graph;
 mod recovery;
 mod remembering;
 mod rounds;
+mod scaling;
 mod slopes;
 mod speed;
 mod stack;
 mod transfer;
 mod world;
 
+/// Keeps what rollouts free at hand: the system's allocator returns and clears it page by page, up to a fifth of a training step.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Every claim. A new one is one file here and one line.
 const EXPERIMENTS: &[Experiment] = &[
     quickstart::CLAIM,
     edge_types::CLAIM,
     hybrid::CLAIM,
+    generalise::CLAIM,
     closed_loop::CLAIM,
     hierarchy::CLAIM,
     aggregation::CLAIM,
@@ -60,6 +68,8 @@ const EXPERIMENTS: &[Experiment] = &[
     endurance::CLAIM,
     speed::CLAIM,
     network_speed::CLAIM,
+    planning_speed::CLAIM,
+    scaling::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
     identify::CLAIM,

@@ -20,7 +20,7 @@ pub(crate) type Model<'a> = (&'a str, &'a [&'a str]);
 
 /// Episodes to learn from.
 pub(crate) struct Lesson {
-    /// What the table calls them: their minutes a tool.
+    /// What the table calls them; their minutes a tool, unless something else is said.
     name: String,
     /// Those that fits see, and those of the same kind that they do not.
     split: Split,
@@ -51,6 +51,11 @@ impl Lesson {
         let seconds: f64 = split.train.iter().map(|e| e.interval * e.controls.len() as f64).sum();
         let name = format!("{:.2} min a tool", seconds / 60.0 / split.tools.len() as f64);
         Self { name, split, mark: fingerprint(&(&dataset.metadata, count)) }
+    }
+
+    /// The same, which the table calls otherwise.
+    pub(crate) fn called(self, name: String) -> Self {
+        Self { name, ..self }
     }
 }
 

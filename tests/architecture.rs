@@ -49,6 +49,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("base64", &["src/view/"]),
     ("rerun", &["src/view/"]),
     ("clap", &["src/main.rs", "experiments/"]),
+    ("mimalloc", &["src/main.rs", "experiments/main.rs"]),
 ];
 
 /// Longest file, in lines.

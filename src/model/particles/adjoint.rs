@@ -5,7 +5,7 @@ use super::tape::Tape;
 use super::{ParticleModel, ParticleState};
 use crate::model::Adjoint;
 use crate::model::cotangent::StateGrad;
-use crate::model::law::History;
+use crate::model::law::{History, Rate};
 use crate::state::{Control, ControlGrad, ParticlesGrad, SceneGrad};
 use glam::DVec3;
 
@@ -15,6 +15,11 @@ fn numbers(histories: &[History]) -> usize {
 }
 
 impl ParticleModel {
+    /// Whether any derivative of a control step depends on where its substeps lead.
+    fn looks_within(&self, state: &ParticleState) -> bool {
+        self.laws(Rate::Substep).next().is_some() || !state.rigid.is_empty() || !self.corrections.is_empty()
+    }
+
     /// The corrections first, then the substeps, whose held accelerations collect `Σ λ_a` that is pulled back once; constants collect
     /// `(∂a/∂c)ᵀ λ_a`.
     fn pull(
@@ -25,7 +30,11 @@ impl ParticleModel {
         mut owned: Owned<'_>,
     ) -> (Vec<f64>, ControlGrad) {
         let count = state.particles.len();
-        let interval = Interval::new(self, state, control);
+        let mut interval = Interval::unasked(self, state, control);
+        // A network is the dearest law: it is not asked again for what no derivative depends on.
+        if self.looks_within(state) || !owned.constants.is_empty() {
+            interval.hold();
+        }
         let mut tape = Tape::default();
         let mut given = Vec::new();
         let (predicted, histories) = self.integrator.advance(&interval, Some(&mut tape));

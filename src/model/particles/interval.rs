@@ -34,7 +34,15 @@ impl ParticleModel {
 }
 
 impl<'a> Interval<'a> {
+    /// With what the laws of [`Rate::Step`] say.
     pub(super) fn new(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
+        let mut interval = Self::unasked(model, state, control);
+        interval.hold();
+        interval
+    }
+
+    /// With a held acceleration of zero, for who does not look at where the substeps lead.
+    pub(super) fn unasked(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
         let path = state.poses.iter().zip(&control.poses);
         let substeps = model.substeps(state.interval);
         let mut interval = Self {
@@ -47,18 +55,18 @@ impl<'a> Interval<'a> {
             keep: model.keep.powf((substeps as f64).recip()),
             held: None,
         };
-        interval.held = interval.hold();
+        let particles = &state.particles;
+        let still = || (interval.connect(particles), vec![DVec3::ZERO; particles.len()]);
+        interval.held = model.laws(Rate::Step).next().map(|_| still());
         interval
     }
 
-    fn hold(&self) -> Option<(Graph, Vec<DVec3>)> {
-        self.model.laws(Rate::Step).next()?;
-        let particles = &self.state.particles;
-        let graph = self.connect(particles);
-        let mut acceleration = vec![DVec3::ZERO; particles.len()];
-        let view = self.view(particles, &graph, &self.control.poses);
+    /// Asks the laws of [`Rate::Step`].
+    pub(super) fn hold(&mut self) {
+        let Some((graph, mut acceleration)) = self.held.take() else { return };
+        let view = self.view(&self.state.particles, &graph, &self.control.poses);
         self.model.laws(Rate::Step).for_each(|(law, _)| law.accelerate(&view, &mut acceleration));
-        Some((graph, acceleration))
+        self.held = Some((graph, acceleration));
     }
 
     /// The graph over particles and the tool at the end of the interval.
