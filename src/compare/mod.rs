@@ -6,6 +6,7 @@ mod bench;
 mod commit;
 mod contender;
 mod distil;
+pub mod disturbance;
 mod goal;
 mod prediction;
 mod row;
