@@ -1,5 +1,6 @@
 //! The bench that every contender stands on: one dataset, one set of starts and goals, one budget.
 use super::attempt::{Attempt, Entry, attempt};
+use super::disturbance::{Disturbance, DisturbanceSpec};
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
 use crate::chooser::Chooser;
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
@@ -46,6 +47,7 @@ pub(super) struct Bench<'a> {
     pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
     pub(super) chooser: Box<dyn Chooser>,
+    pub(super) disturbance: Option<Box<dyn Disturbance>>,
     pub(super) clock: Clock<'a>,
     pub(super) commit: &'a str,
     pub(super) fingerprint: String,
@@ -126,6 +128,7 @@ impl<'a> Bench<'a> {
             constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
             chooser: spec.chooser.clone().build()?,
+            disturbance: spec.disturbance.clone().map(DisturbanceSpec::build).transpose()?,
             clock,
             commit,
             fingerprint,

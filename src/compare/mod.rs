@@ -5,11 +5,13 @@ mod attempt;
 mod bench;
 mod commit;
 mod contender;
+mod control;
 mod distil;
 pub mod disturbance;
 mod goal;
 mod prediction;
 mod row;
+mod run;
 mod spec;
 
 pub use alone::train;
@@ -22,6 +24,7 @@ pub use distil::distil;
 pub use goal::{Goal, GoalMaker, GoalSpec, Source};
 pub use prediction::Prediction;
 pub use row::{Row, read_rows, to_jsonl};
-pub use spec::{CompareSpec, ControlSpec, DataSpec, RUNS, StartSpec};
+pub use control::{AimSpec, ControlSpec};
+pub use spec::{CompareSpec, DataSpec, RUNS, StartSpec};
 
 use bench::Bench;
