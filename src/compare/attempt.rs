@@ -45,7 +45,8 @@ pub(super) fn attempt(bench: &Bench<'_>, entries: &[&Entry<'_>]) -> anyhow::Resu
             planned.extend(next.map(|act| (run, act)));
         }
         planned.into_par_iter().for_each(|(run, act)| {
-            run.execute(action, &act);
+            run.act(&act);
+            run.disturb(action);
         });
     }
     Ok(runs.iter().map(Run::result).collect())

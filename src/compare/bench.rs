@@ -113,12 +113,17 @@ pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> any
 }
 
 /// Fingerprint of everything that results depend on, which where they are written is not.
-fn identity(spec: &CompareSpec) -> Fingerprint {
+pub(super) fn identity(spec: &CompareSpec) -> Fingerprint {
     fingerprint(&CompareSpec { artifacts: PathBuf::new(), out: None, ..spec.clone() })
 }
 
 impl<'a> Bench<'a> {
-    fn new(spec: &'a CompareSpec, clock: Clock<'a>, commit: &'a str, fingerprint: String) -> anyhow::Result<Self> {
+    pub(super) fn new(
+        spec: &'a CompareSpec,
+        clock: Clock<'a>,
+        commit: &'a str,
+        fingerprint: String,
+    ) -> anyhow::Result<Self> {
         let build = |(name, tool): (&String, &ToolSpec)| {
             Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
         };
@@ -198,7 +203,7 @@ impl<'a> Bench<'a> {
         Ok(Some(read).filter(|read| read.row.fingerprint == self.fingerprint))
     }
 
-    fn start(&self, seed: u64) -> anyhow::Result<World> {
+    pub(super) fn start(&self, seed: u64) -> anyhow::Result<World> {
         let Some(start) = &self.spec.start else { return World::new(&self.spec.dataset.scene, seed) };
         start.rebuild(&self.spec.data.root, &self.spec.dataset.scene)
     }

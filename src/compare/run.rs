@@ -7,7 +7,7 @@ use crate::model::{Cost, WorldModel};
 use crate::perception::Observation;
 use crate::problem::Spent;
 use crate::state::{Particles, Pose, Rollout, Scene, Snapshot, ToolShape, stream};
-use crate::tool::Motion;
+use crate::tool::{Motion, Workpiece};
 use crate::world::World;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -83,7 +83,8 @@ impl<'a> Run<'a> {
         if self.bench.spec.until.is_some_and(|least| self.cost.at(0, 0, &seen.particles) <= least) {
             return Ok(None);
         }
-        let kept = self.pending.pop_front().filter(|next| self.bench.spec.control.keeps(&next.stroke.start, &seen.particles));
+        let kept =
+            self.pending.pop_front().filter(|next| self.bench.spec.control.keeps(&next.stroke.start, &seen.particles));
         let act = match kept {
             Some(Next { tool, stroke }) => {
                 let shape = self.bench.tools[&tool].shape().clone();
@@ -149,15 +150,37 @@ impl<'a> Run<'a> {
         Ok(Some(Act { tool, theta, shape: shape.clone(), motion: motion.clone() }))
     }
 
-    /// Executes an action, and lets happen what does before the next one; the states that the action goes through.
-    pub(super) fn execute(&mut self, action: u64, act: &Act) -> Rollout {
-        let rollout = self.world.execute(&act.shape, &act.motion);
+    /// Executes an action: the states that it goes through.
+    pub(super) fn act(&mut self, act: &Act) -> Rollout {
+        self.world.execute(&act.shape, &act.motion)
+    }
+
+    /// Lets happen what does between this action and the next one.
+    pub(super) fn disturb(&mut self, action: u64) {
         if let Some(disturbance) = &self.bench.disturbance
             && action + 1 < self.bench.spec.actions as u64
         {
             disturbance.disturb(&mut self.world, &mut stream(self.entry.seed, &[DISTURBING, action]));
         }
-        rollout
+    }
+
+    /// The cost as things are.
+    pub(super) fn cost(&self) -> f64 {
+        self.cost.at(0, 0, &self.world.particles())
+    }
+
+    /// What the last plan promised.
+    pub(super) fn predicted(&self) -> Option<f64> {
+        self.predicted
+    }
+
+    pub(super) fn spent(&self) -> Spent {
+        self.spent
+    }
+
+    /// What the action of this number is aimed at as things are.
+    pub(super) fn piece(&self, action: u64) -> Workpiece {
+        self.bench.spec.aim.at(action, &self.world.particles(), &self.world)
     }
 
     /// What has come of it.

@@ -182,9 +182,8 @@ fn advance<'a, D: Dynamics>(
     motions: &[Motion],
 ) -> (Vec<Rollout>, Vec<D::State>) {
     let horizon = motions.first().map_or(0, |m| m.controls.len());
-    let start = |(scene, motion): (&Scene, &Motion)| {
-        model.encode(&Scene { poses: motion.start.clone(), ..scene.clone() })
-    };
+    let start =
+        |(scene, motion): (&Scene, &Motion)| model.encode(&Scene { poses: motion.start.clone(), ..scene.clone() });
     let mut states: Vec<D::State> = scenes.zip(motions).map(start).collect();
     let mut rollouts: Vec<Rollout> = states.iter().map(|x| vec![model.decode(x)]).collect();
     for t in 0..horizon {

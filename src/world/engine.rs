@@ -125,8 +125,9 @@ impl Engine {
         self.matter.iter().flat_map(|matter| matter.substance().surface(&self.physics)).collect()
     }
 
-    pub(super) fn volume(&self) -> f64 {
-        self.matter.iter().map(|matter| matter.substance().volume(&self.physics)).sum()
+    /// Of every piece, its volume \[m³\].
+    pub(super) fn volumes(&self) -> impl Iterator<Item = f64> {
+        self.matter.iter().map(|matter| matter.substance().volume(&self.physics))
     }
 }
 

@@ -172,7 +172,12 @@ impl World {
 
     /// Volume of the material \[m³\].
     pub fn volume(&self) -> f64 {
-        self.engine.volume()
+        self.engine.volumes().sum()
+    }
+
+    /// Volume of each of the [pieces](World::pieces) \[m³\].
+    pub fn volumes(&self) -> Vec<f64> {
+        self.engine.volumes().collect()
     }
 
     /// Walls around the table.
