@@ -132,5 +132,5 @@ fn show(comparison: &Comparison, tables: &[Grid], json: bool) -> anyhow::Result<
         return to_stdout(&compare::to_jsonl(&comparison.rows()));
     }
     tables.iter().try_for_each(|table| to_stdout(&(table.to_text() + "\n")))?;
-    to_stdout(&format!("rows, tables and report.html are in {}\n", comparison.folder.display()))
+    to_stdout(&format!("rows, tables, report.html and gallery.html are in {}\n", comparison.folder.display()))
 }

@@ -2,6 +2,7 @@
 mod ablation;
 mod forecast;
 mod formulas;
+mod gallery;
 mod grid;
 mod identification;
 mod interval;
@@ -18,6 +19,7 @@ mod verdict;
 pub use ablation::{TrialRow, ablation};
 pub use forecast::forecast;
 pub use formulas::formulas;
+pub use gallery::gallery;
 pub use grid::Grid;
 pub use identification::identification;
 pub use interval::Interval;

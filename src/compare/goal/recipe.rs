@@ -32,7 +32,7 @@ pub struct ActionSpec {
 }
 
 /// See [`RecipeSpec`].
-pub struct Recipe(RecipeSpec);
+pub(crate) struct Recipe(RecipeSpec);
 
 impl RecipeSpec {
     pub(crate) fn build(self) -> anyhow::Result<Recipe> {

@@ -22,7 +22,7 @@ pub struct WordSpec {
 }
 
 /// See [`WordSpec`].
-pub struct Word(WordSpec);
+pub(crate) struct Word(WordSpec);
 
 impl WordSpec {
     pub(crate) fn build(self) -> anyhow::Result<Word> {
