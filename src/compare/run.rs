@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
         };
         self.pending.clear();
         if !known && !accepts(bench, model, &scene) {
-            // A model that cannot go on from what it imagined has no plan for the whole.
+            // A model that cannot go on from what it imagined, such as what is no number, has no plan for the whole.
             self.predicted = None;
             return Ok(None);
         }

@@ -71,8 +71,8 @@ impl Frame {
     /// The square around these clouds, with room for what is squeezed out of them.
     fn around(clouds: &[&[DVec3]]) -> Self {
         let finite = || clouds.iter().flat_map(|cloud| cloud.iter()).filter(|p| p.is_finite()).map(|p| p.truncate());
-        let (low, high) = finite()
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) =
+            finite().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let size = (high - low).max_element();
         let half = if size.is_finite() { 0.6 * size.max(0.02) } else { 0.05 };
         Self { middle: if size.is_finite() { (low + high) / 2.0 } else { DVec2::ZERO }, half }
@@ -89,7 +89,8 @@ impl Frame {
             let (x, y) = (SIDE / 2.0 + flat.x, SIDE / 2.0 - flat.y);
             let light = 40.0 + 35.0 * (p.z / 0.04).clamp(0.0, 1.0);
             let radius = (scale * 0.004).max(1.0);
-            let _ = write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius:.1}\" fill=\"hsl(32 70% {light:.0}%)\"/>");
+            let _ =
+                write!(svg, "<circle cx=\"{x:.0}\" cy=\"{y:.0}\" r=\"{radius:.1}\" fill=\"hsl(32 70% {light:.0}%)\"/>");
         }
         svg + "</svg>"
     }
@@ -105,12 +106,7 @@ mod tests {
             "rollout": null, "metrics": {}, "floors": {}, "rollouts": 1, "gradients": 0, "not_finite": 0, "seconds": 0.0,
             "commit": "", "fingerprint": "" });
         let cloud = |x: f64| vec![DVec3::new(x, 0.0, 0.01), DVec3::new(x, 0.02, 0.0)];
-        Attempt {
-            row: serde_json::from_value(row).unwrap(),
-            start: cloud(0.0),
-            goal: cloud(0.03),
-            achieved: cloud(at),
-        }
+        Attempt { row: serde_json::from_value(row).unwrap(), start: cloud(0.0), goal: cloud(0.03), achieved: cloud(at) }
     }
 
     #[test]
@@ -120,7 +116,9 @@ mod tests {
         let page = gallery("letters", &attempts);
         assert_eq!(page.matches("<svg").count(), 4 + 3, "start and goal twice, and three attempts");
         assert_eq!(page.matches("press → knife").count(), 3);
-        assert!(page.contains("4.20 mm") && page.contains("&lt;B&gt;") && !page.contains("<B>") && !page.contains("://"));
+        assert!(
+            page.contains("4.20 mm") && page.contains("&lt;B&gt;") && !page.contains("<B>") && !page.contains("://")
+        );
     }
 
     #[test]
@@ -133,6 +131,8 @@ mod tests {
         };
         let circles: Vec<&str> = svg.split("<circle").skip(1).collect();
         assert_eq!(circles.len(), 2);
-        assert!(number(circles[0], "cx") < number(circles[1], "cx") && number(circles[0], "cy") > number(circles[1], "cy"));
+        assert!(
+            number(circles[0], "cx") < number(circles[1], "cx") && number(circles[0], "cy") > number(circles[1], "cy")
+        );
     }
 }
