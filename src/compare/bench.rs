@@ -91,7 +91,7 @@ pub fn fit_named(name: &str, spec: &CompareSpec, watch: &Watch) -> anyhow::Resul
 /// # Errors
 /// As [`fit`]; also a goal or start that cannot be made.
 pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
-    let spec = &loaded.spec.rooted();
+    let spec = &loaded.spec.planned();
     let (contenders, predictions) = fit(&loaded.spec, watch)?;
     let mark = identity(&loaded.spec);
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));

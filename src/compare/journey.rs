@@ -68,7 +68,7 @@ pub fn plan(
     spec.seeds.truncate(1);
     let (contenders, _) = fit(&spec, watch)?;
     let mark = identity(&spec);
-    let spec = spec.rooted();
+    let spec = spec.planned();
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("plan").join(mark.to_string()));
     write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
     let began = Instant::now();

@@ -27,12 +27,15 @@ pub struct CompareSpec {
     /// Files that others recorded.
     #[serde(default)]
     pub data: DataSpec,
-    /// Scene, tools and episodes that models are fitted to; planning uses the same scene and tools.
+    /// Scene, tools and episodes that models are fitted to; planning uses the same tools, and the same scene unless there is another.
     pub dataset: DatasetSpec,
     /// Fit to the first so many of the training episodes only; the held-out ones stay the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 3))]
     pub learn_from: Option<usize>,
+    /// What is planned in, if that is not the scene that models are fitted to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneSpec>,
     /// Where attempts start; by default a start of the scene drawn by the seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartSpec>,
@@ -139,6 +142,13 @@ impl CompareSpec {
     pub(super) fn rooted(&self) -> Self {
         let mut spec = self.clone();
         spec.dataset.tool.values_mut().for_each(|tool| *tool = tool.under(&self.data.root));
+        spec
+    }
+
+    /// The same, likewise, with the scene that is planned in.
+    pub(super) fn planned(&self) -> Self {
+        let mut spec = self.rooted();
+        spec.dataset.scene = spec.scene.take().unwrap_or(spec.dataset.scene);
         spec
     }
 }
