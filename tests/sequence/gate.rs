@@ -8,7 +8,7 @@ use pliant::state::*;
 use pliant::tool::{Motion, Tool, Workpiece};
 use std::sync::Arc;
 
-/// The particle goes where the tool carries it, but through the plane x = 5 mm only above y = 2 cm.
+/// The particle goes where the tool carries it, but through the plane x = 5 mm only above y = 3 cm.
 struct Gate;
 
 impl Dynamics for Gate {
@@ -19,7 +19,7 @@ impl Dynamics for Gate {
     }
     fn step(&self, (at, tool): &Self::State, control: &Control) -> Self::State {
         let mut to = *at + control.poses[0].translation - *tool;
-        if (at.x < 0.005) != (to.x < 0.005) && to.y < 0.02 {
+        if (at.x < 0.005) != (to.x < 0.005) && to.y < 0.03 {
             to.x = at.x;
         }
         (to, control.poses[0].translation)
