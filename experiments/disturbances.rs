@@ -66,8 +66,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         rows: lines,
         notes: vec![
             "achieved cost, mean ± 95 % interval over seeds; differences paired by goal and seed, negative is better".into(),
-            "triggered: a plan of up to three actions with one tool is kept while what is observed lies within 3 mm (Chamfer) of what \
-             was predicted; closed and open: one action a plan, any tool. A search of three actions has three times the rollouts, so that \
+            "triggered: a plan of two actions with one tool is kept while what is observed lies within 3 mm (Chamfer) of what \
+             was predicted; closed and open: one action a plan, any tool. A search of two actions has twice the rollouts, so that \
              both try equally many candidates"
                 .into(),
             format!("closed against open: {}", verdict(seen)),
