@@ -1,5 +1,5 @@
-//! Claims: a model that is right, left alone, needs no observation; every other does better when it observes between actions, and all
-//! do once somebody moves the dough; planning anew only where a prediction has failed costs fewer plans.
+//! Claims: a model that is right, left alone, needs no observation; every other does better when it observes between actions, and
+//! all do once somebody moves the dough; planning anew only where a prediction has failed costs fewer plans.
 //!
 //! Command: `cargo run --release --bin experiments -- disturbances`, about ten minutes. Table: `paper/tables/disturbances.tex`.
 use crate::claim::{Experiment, Rows, SMALL_PARENTS, trials};

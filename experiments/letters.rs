@@ -1,7 +1,7 @@
 //! Claim: letters of dough come nearer to their goals with a model than without one, and nearest with the simulator.
 //!
-//! Command: `cargo run --release --bin experiments -- letters`, about ten minutes. Table: `paper/tables/letters.tex`. The letters as
-//! pictures: `gallery.html` in the trial's folder below `runs/sweep`.
+//! Command: `cargo run --release --bin experiments -- letters`, about ten minutes. Table: `paper/tables/letters.tex`. The letters
+//! as pictures: `gallery.html` in the trial's folder below `runs/sweep`.
 use crate::claim::{Experiment, Rows, SMALL_PARENTS};
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;

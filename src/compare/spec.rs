@@ -27,7 +27,8 @@ pub struct CompareSpec {
     /// Files that others recorded.
     #[serde(default)]
     pub data: DataSpec,
-    /// Scene, tools and episodes that models are fitted to; planning uses the same tools, and the same scene unless there is another.
+    /// Scene, tools and episodes that models are fitted to; planning uses the same tools, and the same scene but where there is
+    /// another.
     pub dataset: DatasetSpec,
     /// Fit to the first so many of the training episodes only; the held-out ones stay the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -59,7 +60,8 @@ pub struct CompareSpec {
     /// Actions in a row.
     #[schemars(range(min = 1))]
     pub actions: usize,
-    /// Actions that each plan describes, at most as many as are left; the first is executed, and by `triggered` control the others too.
+    /// Actions that each plan describes, at most as many as are left; the first is executed, and by `triggered` control the others
+    /// too.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     #[schemars(range(min = 1, max = 4))]
     pub lookahead: usize,

@@ -53,8 +53,8 @@ pub trait WorldModel: Send + Sync {
     fn rollout(&self, scene: &Scene, controls: &[Control]) -> Rollout;
     /// One rollout per motion, each from `scene` with the tool at that motion's start; motions have equal lengths.
     fn rollouts(&self, scene: &Scene, motions: &[Motion]) -> Vec<Rollout>;
-    /// One rollout per pair of a scene and a motion, as [`WorldModel::rollouts`] gives it, and the simulator's state at its end where
-    /// the model has one: with it the next motion can be predicted from there. Motions have equal lengths.
+    /// One rollout per pair of a scene and a motion, as [`WorldModel::rollouts`] gives it, and the simulator's state at its end
+    /// where the model has one: with it the next motion can be predicted from there. Motions have equal lengths.
     fn follow(&self, scenes: &[Scene], motions: &[Motion]) -> Vec<(Rollout, Option<Snapshot>)> {
         let one = |(scene, motion): (&Scene, &Motion)| {
             (self.rollout(&Scene { poses: motion.start.clone(), ..scene.clone() }, &motion.controls), None)

@@ -41,8 +41,8 @@ struct Stage {
 }
 
 impl<'a> Sequence<'a> {
-    /// A problem over one primitive of each of `tools`, in their order, each motion taking `steps` control steps; `scene` holds the first
-    /// tool.
+    /// A problem over one primitive of each of `tools`, in their order, each motion taking `steps` control steps; `scene` holds the
+    /// first tool.
     ///
     /// # Errors
     /// When there is no tool, and as [`super::Problem::new`].

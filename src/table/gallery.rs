@@ -13,8 +13,8 @@ tr{border-bottom:1px solid #ddd}svg{background:#fafafa}.cost{font-variant-numeri
 /// Side of a picture \[pixels\].
 const SIDE: f64 = 150.0;
 
-/// The page of all attempts of each goal's first seed, a line for every goal and planner, a column for every model; nothing in it is
-/// loaded from elsewhere.
+/// The page of all attempts of each goal's first seed, a line for every goal and planner, a column for every model; nothing in it
+/// is loaded from elsewhere.
 pub fn gallery(title: &str, attempts: &[Attempt]) -> String {
     let models: IndexSet<&str> = attempts.iter().map(|a| a.row.model.as_str()).collect();
     let mut seeds: IndexMap<&str, u64> = IndexMap::new();

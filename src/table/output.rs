@@ -6,7 +6,8 @@ use anyhow::Context;
 use serde_json::Value;
 use std::path::Path;
 
-/// Writes `table.md`, `table.tex`, `predictions.tex`, `report.html` and `gallery.html` beside the rows, and returns the two main tables.
+/// Writes `table.md`, `table.tex`, `predictions.tex`, `report.html` and `gallery.html` beside the rows, and returns the two main
+/// tables.
 ///
 /// # Errors
 /// A file that cannot be written, or a `metrics.jsonl` that cannot be read.

@@ -131,7 +131,7 @@ pub trait Tool: Send + Sync {
             .collect()
     }
 
-    /// `∂J/∂(centre, extent)` of the workpiece, likewise, where θ lies at the fractions `unit` of the box, which moves with the piece.
+    /// `∂J/∂(centre, extent)` of the workpiece, likewise, where θ lies at the fractions `unit` of the box that belongs to the piece.
     fn piece_vjp(&self, unit: &[f64], piece: &Workpiece, start: &[PoseGrad], controls: &[ControlGrad]) -> Workpiece {
         let at = |piece: Workpiece| self.motion(&self.space(&piece).at(unit), &piece, controls.len());
         let h = 1e-6;

@@ -219,7 +219,8 @@ impl World {
         self.engine.kick(piece, &|_| velocity);
     }
 
-    /// Adds to every particle the velocity \[m/s\] that `velocity` gives for its place \[m\], to a rigid body that of its middle.
+    /// Adds to every particle the velocity \[m/s\] that `velocity` gives for its place \[m\], to a rigid body that of its
+    /// middle.
     pub fn blow(&mut self, velocity: &dyn Fn(DVec3) -> DVec3) {
         (0..self.engine.pieces().count()).for_each(|piece| self.engine.kick(piece, velocity));
     }

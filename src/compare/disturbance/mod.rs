@@ -12,8 +12,8 @@ pub use push::{Push, PushSpec};
 
 /// Something from outside that changes the world while nobody acts.
 pub trait Disturbance: Send + Sync {
-    /// Changes `world`, the tool in hand laid aside, and lets it come to rest. It takes equally many numbers from `rng` whatever the
-    /// world: streams alike disturb every model and way of control alike.
+    /// Changes `world`, the tool in hand laid aside, and lets it come to rest. It takes equally many numbers from `rng` whatever
+    /// the world: streams alike disturb every model and way of control alike.
     fn disturb(&self, world: &mut World, rng: &mut ChaCha8Rng);
 }
 
