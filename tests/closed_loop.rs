@@ -18,15 +18,15 @@ const SMALL: [&str; 7] = [
     "actions=2",
 ];
 
-fn load(changes: &[&str], folder: &Path) -> config::Loaded<CompareSpec> {
+fn load(changes: &[&str], folder: &Path) -> anyhow::Result<config::Loaded<CompareSpec>> {
     let mut words: Vec<String> = SMALL.iter().chain(changes).map(|word| (*word).to_owned()).collect();
     words.push(format!("+artifacts={}", folder.display()));
-    config::load(QUICKSTART.as_ref(), &words).unwrap()
+    Ok(config::load(QUICKSTART.as_ref(), &words)?)
 }
 
 /// The rows of the simulator and of the model in which nothing moves.
 fn rows(changes: &[&str], folder: &Path) -> [Row; 2] {
-    let comparison = compare::compare(&load(changes, folder), "", &Watch::silent()).unwrap();
+    let comparison = compare::compare(&load(changes, folder).unwrap(), "", &Watch::silent()).unwrap();
     comparison.rows().try_into().unwrap()
 }
 
@@ -46,7 +46,7 @@ fn the_simulator_left_alone_needs_no_observation_and_disturbed_it_does() {
     assert_eq!(seen.actions[0], closed.actions[0], "it comes after the first action");
     assert_ne!(seen.actions[1], closed.actions[1], "closed loop sees it");
     assert!((seen.predicted.unwrap() - seen.achieved.unwrap()).abs() < 1e-9, "and plans from what it sees");
-    assert!((unseen.predicted.unwrap() - unseen.achieved.unwrap()).abs() > 1e-5);
+    assert!((unseen.predicted.unwrap() - unseen.achieved.unwrap()).abs() > 1e-4);
 }
 
 #[test]
@@ -77,7 +77,8 @@ fn who_is_there_acts_no_more_and_impossible_ways_of_control_are_refused() {
         ("+lookahead=5", "lookahead"),
         ("+disturbance={kind=push,speed=[2.0,1.0],radius=0.01,blows=1,rest=0}", "speed"),
     ] {
-        let refused = compare::compare(&load(&[change], folder.path()), "", &Watch::silent()).unwrap_err();
+        let loaded = load(&[change], folder.path());
+        let refused = loaded.and_then(|loaded| compare::compare(&loaded, "", &Watch::silent())).unwrap_err();
         assert!(format!("{refused:#}").contains(word), "{refused:#}");
     }
 }
@@ -85,7 +86,7 @@ fn who_is_there_acts_no_more_and_impossible_ways_of_control_are_refused() {
 #[test]
 fn a_plan_is_told_action_by_action_and_leaves_episodes_that_follow_each_other() {
     let folder = tempfile::tempdir().unwrap();
-    let loaded = load(&["+until=0.001"], folder.path());
+    let loaded = load(&["+until=0.001"], folder.path()).unwrap();
     let mut told: Vec<Step> = Vec::new();
     let mut tell = |step: &Step| {
         told.push(step.clone());

@@ -30,7 +30,15 @@ fn make(spec: &CompareSpec, goal: &str, start: &World, seed: u64) -> anyhow::Res
 fn every_goal_of_every_comparison_can_be_made_with_as_many_points_as_particles() {
     let mut made = 0;
     for entry in std::fs::read_dir(folder()).unwrap() {
-        let spec: CompareSpec = config::load(&entry.unwrap().path(), &[]).unwrap().spec;
+        let path = entry.unwrap().path();
+        let spec: CompareSpec = match config::load(&path, &[]) {
+            Ok(loaded) => loaded.spec,
+            // What comparisons share leaves it to each of them what it is for.
+            Err(error) => {
+                assert!(error.to_string().contains("`goal`"), "{}: {error}", path.display());
+                continue;
+            }
+        };
         if spec.start.is_some() || !spec.data.root.as_os_str().is_empty() {
             continue; // it needs recordings
         }
@@ -58,7 +66,7 @@ fn a_word_has_a_letter_for_every_piece_where_that_lies() {
     for piece in 0..3 {
         let own: Vec<DVec3> = (0..pieces.len()).filter(|i| pieces[*i] == piece).map(|i| particles[i]).collect();
         let middle = own.iter().sum::<DVec3>() / own.len() as f64;
-        let near = goal.points.iter().filter(|p| (p.truncate() - middle.truncate()).length() < 0.08);
+        let near = goal.points.iter().filter(|p| (p.x - middle.x).abs() < 0.08);
         assert_eq!(near.count(), own.len(), "piece {piece}");
     }
     assert!(goal.floors["chamfer"].unwrap() > 0.0);
@@ -81,6 +89,6 @@ fn a_recipe_is_made_elsewhere_of_other_dough() {
     ] {
         assert_ne!(make(&load("dumpling", &[change]), "dumpling", &start, 0).unwrap().points, goal.points, "{change}");
     }
-    let strange = make(&load("dumpling", &["goal.dumpling.actions.0.tool=spoon"]), "dumpling", &start, 0);
-    assert!(strange.unwrap_err().to_string().contains("spoon"));
+    let strange = make(&load("dumpling", &["~dataset.tool.knife"]), "dumpling", &start, 0).unwrap_err().to_string();
+    assert!(strange.contains("\"knife\"") && strange.contains("gripper_plane"), "{strange}");
 }

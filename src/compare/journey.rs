@@ -125,7 +125,7 @@ fn travel(
         };
         journey.shapes.push(states.last().map(|x| x.positions.clone()).unwrap_or_default());
         episodes.push(Episode {
-            tool: act.tool,
+            tool: format!("{}_{}", action + 1, act.tool),
             theta: act.theta,
             interval: start.interval(),
             start: act.motion.start,
@@ -142,14 +142,13 @@ fn travel(
         run.disturb(action);
     }
     if !episodes.is_empty() {
-        store(&told(&spec.dataset, &episodes), &episodes, &folder.join("episodes"))?;
+        let tools = episodes
+            .iter()
+            .zip(&journey.steps)
+            .map(|(e, step)| (e.tool.clone(), spec.dataset.tool[&step.tool].clone()));
+        // A dataset that consists of these episodes, each with the tool of its turn.
+        let told = DatasetSpec { episodes: episodes.len(), tool: tools.collect(), ..spec.dataset.clone() };
+        store(&told, &episodes, &folder.join("episodes"))?;
     }
     Ok(journey)
-}
-
-/// The spec of a dataset that consists of these episodes, each with the tool of its turn.
-fn told(dataset: &DatasetSpec, episodes: &[Episode]) -> DatasetSpec {
-    let tool =
-        |(k, episode): (usize, &Episode)| (format!("{}_{}", k + 1, episode.tool), dataset.tool[&episode.tool].clone());
-    DatasetSpec { episodes: episodes.len(), tool: episodes.iter().enumerate().map(tool).collect(), ..dataset.clone() }
 }

@@ -108,11 +108,11 @@ fn looking_one_action_ahead_stays_before_the_gate_and_two_ahead_goes_through() {
     let choice = choose(&*chooser, &tools, 2, 0, DVec3::ZERO).unwrap();
     let (first, promised) = carried(&choice, DVec3::ZERO);
     // Chamfer counts the distance both ways.
-    assert!(first.distance(goal) > 0.04 && promised < 0.01, "{first}, {promised}");
+    assert!(first.distance(goal) > 0.04 && promised < 0.03, "{first}, {promised}");
     let [next] = choice.rest() else { panic!("one action is left") };
     assert!(next.stroke.start[0].distance(first) < 1e-12, "the second starts where the first one ends");
     let (end, kept) = carried(&choose(&*chooser, &tools, 1, 1, first).unwrap(), first);
-    assert!(end.distance(goal) < 0.005 && kept <= 1.05 * promised + 1e-3, "{end}");
+    assert!(end.distance(goal) < 0.005 && kept <= promised, "{end}");
 }
 
 #[test]
