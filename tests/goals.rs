@@ -58,6 +58,17 @@ fn every_goal_of_every_comparison_can_be_made_with_as_many_points_as_particles()
 }
 
 #[test]
+fn a_ring_and_a_letter_of_its_own_volume_can_be_asked_of_any_dough() {
+    let spec = load("quickstart", &["goal=[ring,letter]"]);
+    let start = World::new(&spec.dataset.scene, 5).unwrap();
+    let ring = make(&spec, "ring", &start, 5).unwrap();
+    let centre = pliant::tool::Workpiece::around(&start.particles()).centre;
+    assert!(ring.points.iter().all(|p| (0.015..=0.045).contains(&(*p - centre).truncate().length())));
+    let letter = make(&spec, "letter", &start, 5).unwrap();
+    assert!(letter.points.iter().all(|p| (0.0..=0.02001).contains(&p.z)));
+}
+
+#[test]
 fn a_word_has_a_letter_for_every_piece_where_that_lies() {
     let spec = planned(load("word", &[]));
     let start = World::new(&spec.dataset.scene, 0).unwrap();
