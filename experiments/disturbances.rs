@@ -66,7 +66,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         rows: lines,
         notes: vec![
             "achieved cost, mean ± 95 % interval over seeds; differences paired by goal and seed, negative is better".into(),
-            "triggered: a plan of two actions with one tool is kept while what is observed lies within 3 mm (Chamfer) of what \
+            "triggered: a plan of two actions with one tool is kept while what is observed lies within 6 mm (Chamfer) of what \
              was predicted; closed and open: one action a plan, any tool. A search of two actions has twice the rollouts, so that \
              both try equally many candidates"
                 .into(),
