@@ -64,10 +64,6 @@ pub(crate) const SMALL_FITS: &[&str] = &[
     "model.hybrid.train.residual.steps=4",
 ];
 
-/// The same of the analytical and the learned model alone.
-pub(crate) const SMALL_PARENTS: &[&str] =
-    &["model.analytic.train.identify.evaluations=12", "model.learned.train.network.steps=4"];
-
 /// What `key=VALUE` among `words` gives, else `default`.
 ///
 /// # Errors
