@@ -60,6 +60,11 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             ]);
         }
     }
+    let over = |read: &dyn Fn(&Row) -> Option<f64>| {
+        let found = trials.iter().filter_map(|trial| Some((trial.row.seed, read(&trial.row)?)));
+        Interval::millimetres(Interval::over_seeds(found))
+    };
+    let (start, floor) = (over(&|row| Some(row.start)), over(&|row| *row.floors.get("chamfer")?));
     Ok(Grid {
         title: "Observing, left alone and disturbed".into(),
         header: header.map(String::from).collect(),
@@ -70,6 +75,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
              was predicted; closed and open: one action a plan, any tool. A search of two actions has twice the rollouts, so that \
              both try equally many candidates"
                 .into(),
+            format!("before the first action the cost is {start} mm; of two samplings of the goal itself it is {floor} mm"),
             format!("closed against open: {}", verdict(seen)),
             format!("triggered against closed: {}", verdict(kept)),
         ],
