@@ -14,6 +14,7 @@ mod closed_loop;
 mod collisions;
 mod cpu;
 mod distil;
+mod disturbances;
 mod edge_types;
 mod endurance;
 mod formula;
@@ -23,6 +24,7 @@ mod hierarchy;
 mod horizon;
 mod hybrid;
 mod identify;
+mod letters;
 mod lump;
 mod menu;
 mod metrics;
@@ -56,6 +58,8 @@ const EXPERIMENTS: &[Experiment] = &[
     hybrid::CLAIM,
     generalise::CLAIM,
     closed_loop::CLAIM,
+    disturbances::CLAIM,
+    letters::CLAIM,
     hierarchy::CLAIM,
     aggregation::CLAIM,
     rounds::CLAIM,

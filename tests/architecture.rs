@@ -48,7 +48,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("kuva", &["src/table/"]),
     ("base64", &["src/view/"]),
     ("rerun", &["src/view/"]),
-    ("clap", &["src/main.rs", "experiments/"]),
+    ("clap", &["src/main", "experiments/"]),
     ("mimalloc", &["src/main.rs", "experiments/main.rs"]),
 ];
 

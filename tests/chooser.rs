@@ -34,6 +34,7 @@ fn choose(
         clock: &|| 0.0,
         seed: 3,
         action,
+        lookahead: 1,
     };
     ChooserSpec::Exhaustive(ExhaustiveSpec {}).build().unwrap().choose(&task)
 }

@@ -1,5 +1,6 @@
 //! The bench that every contender stands on: one dataset, one set of starts and goals, one budget.
 use super::attempt::{Attempt, Entry, attempt};
+use super::disturbance::{Disturbance, DisturbanceSpec};
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
 use crate::chooser::Chooser;
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
@@ -46,6 +47,7 @@ pub(super) struct Bench<'a> {
     pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
     pub(super) chooser: Box<dyn Chooser>,
+    pub(super) disturbance: Option<Box<dyn Disturbance>>,
     pub(super) clock: Clock<'a>,
     pub(super) commit: &'a str,
     pub(super) fingerprint: String,
@@ -89,7 +91,7 @@ pub fn fit_named(name: &str, spec: &CompareSpec, watch: &Watch) -> anyhow::Resul
 /// # Errors
 /// As [`fit`]; also a goal or start that cannot be made.
 pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
-    let spec = &loaded.spec.rooted();
+    let spec = &loaded.spec.planned();
     let (contenders, predictions) = fit(&loaded.spec, watch)?;
     let mark = identity(&loaded.spec);
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));
@@ -111,12 +113,17 @@ pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> any
 }
 
 /// Fingerprint of everything that results depend on, which where they are written is not.
-fn identity(spec: &CompareSpec) -> Fingerprint {
+pub(super) fn identity(spec: &CompareSpec) -> Fingerprint {
     fingerprint(&CompareSpec { artifacts: PathBuf::new(), out: None, ..spec.clone() })
 }
 
 impl<'a> Bench<'a> {
-    fn new(spec: &'a CompareSpec, clock: Clock<'a>, commit: &'a str, fingerprint: String) -> anyhow::Result<Self> {
+    pub(super) fn new(
+        spec: &'a CompareSpec,
+        clock: Clock<'a>,
+        commit: &'a str,
+        fingerprint: String,
+    ) -> anyhow::Result<Self> {
         let build = |(name, tool): (&String, &ToolSpec)| {
             Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
         };
@@ -126,6 +133,7 @@ impl<'a> Bench<'a> {
             constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
             chooser: spec.chooser.clone().build()?,
+            disturbance: spec.disturbance.clone().map(DisturbanceSpec::build).transpose()?,
             clock,
             commit,
             fingerprint,
@@ -195,7 +203,7 @@ impl<'a> Bench<'a> {
         Ok(Some(read).filter(|read| read.row.fingerprint == self.fingerprint))
     }
 
-    fn start(&self, seed: u64) -> anyhow::Result<World> {
+    pub(super) fn start(&self, seed: u64) -> anyhow::Result<World> {
         let Some(start) = &self.spec.start else { return World::new(&self.spec.dataset.scene, seed) };
         start.rebuild(&self.spec.data.root, &self.spec.dataset.scene)
     }

@@ -16,8 +16,11 @@ pub struct Row {
     pub goal: String,
     /// Seed of the start and of every random stream.
     pub seed: u64,
-    /// Whether the world was observed between actions (`closed`) or only before the first (`open`).
+    /// Whether the world was observed between actions (`closed`), only before the first (`open`), or to check plans (`triggered`).
     pub control: ControlSpec,
+    /// Plans made, where an action need not have one of its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plans: Option<usize>,
     /// Tools used, in order.
     pub tools: Vec<String>,
     /// Actions executed θ, in order.

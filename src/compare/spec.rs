@@ -1,5 +1,6 @@
 //! Config of a comparison: `configs/compare/*.toml`.
-use super::{ContenderSpec, GoalSpec};
+use super::disturbance::DisturbanceSpec;
+use super::{AimSpec, ContenderSpec, ControlSpec, GoalSpec};
 use crate::chooser::ChooserSpec;
 use crate::data::DatasetSpec;
 use crate::metric::CostSpec;
@@ -26,12 +27,16 @@ pub struct CompareSpec {
     /// Files that others recorded.
     #[serde(default)]
     pub data: DataSpec,
-    /// Scene, tools and episodes that models are fitted to; planning uses the same scene and tools.
+    /// Scene, tools and episodes that models are fitted to; planning uses the same tools, and the same scene but where there is
+    /// another.
     pub dataset: DatasetSpec,
     /// Fit to the first so many of the training episodes only; the held-out ones stay the same.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 3))]
     pub learn_from: Option<usize>,
+    /// What is planned in, if that is not the scene that models are fitted to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<SceneSpec>,
     /// Where attempts start; by default a start of the scene drawn by the seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartSpec>,
@@ -55,6 +60,21 @@ pub struct CompareSpec {
     /// Actions in a row.
     #[schemars(range(min = 1))]
     pub actions: usize,
+    /// Actions that each plan describes, at most as many as are left; the first is executed, and by `triggered` control the others
+    /// too.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    #[schemars(range(min = 1, max = 4))]
+    pub lookahead: usize,
+    /// Cost at which there is nothing more to do \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0))]
+    pub until: Option<f64>,
+    /// What of the scene the tools are aimed at.
+    #[serde(default, skip_serializing_if = "AimSpec::is_default")]
+    pub aim: AimSpec,
+    /// What happens to the material between actions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturbance: Option<DisturbanceSpec>,
     /// Seeds of starts and random streams.
     #[schemars(length(min = 1))]
     pub seeds: Vec<u64>,
@@ -81,19 +101,16 @@ pub struct StartSpec {
 /// Default root of artifacts, below the current folder.
 pub const RUNS: &str = "runs";
 
-/// Whether the world is observed between actions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ControlSpec {
-    /// Observe, plan, execute, observe again.
-    #[default]
-    Closed,
-    /// Observe once; later actions are planned from what the model predicts.
-    Open,
-}
-
 fn runs() -> PathBuf {
     PathBuf::from(RUNS)
+}
+
+fn one() -> usize {
+    1
+}
+
+fn is_one(count: &usize) -> bool {
+    *count == 1
 }
 
 impl CompareSpec {
@@ -111,13 +128,29 @@ impl CompareSpec {
         ];
         let empty = lists.iter().find(|(_, count)| *count == 0);
         anyhow::ensure!(empty.is_none(), "`{}` is empty: nothing would be compared", empty.map_or("", |(key, _)| key));
-        Ok(())
+        anyhow::ensure!(
+            (1..=4).contains(&self.lookahead),
+            "`lookahead` is {}; a plan describes 1 to 4 actions",
+            self.lookahead
+        );
+        anyhow::ensure!(
+            self.lookahead == 1 || self.aim == AimSpec::Whole,
+            "`aim` is \"pieces\", of which every action works another one: it goes with `lookahead` = 1 alone"
+        );
+        self.control.check()
     }
 
     /// The same comparison with every mesh of its tools taken from `data.root`.
     pub(super) fn rooted(&self) -> Self {
         let mut spec = self.clone();
         spec.dataset.tool.values_mut().for_each(|tool| *tool = tool.under(&self.data.root));
+        spec
+    }
+
+    /// The same, likewise, with the scene that is planned in.
+    pub(super) fn planned(&self) -> Self {
+        let mut spec = self.rooted();
+        spec.dataset.scene = spec.scene.take().unwrap_or(spec.dataset.scene);
         spec
     }
 }

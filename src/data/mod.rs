@@ -13,6 +13,7 @@ mod metadata;
 mod simulate;
 mod split;
 mod statistics;
+mod store;
 mod sums;
 mod vary;
 
@@ -27,6 +28,7 @@ pub use metadata::{Entry, Metadata};
 pub use simulate::{random_action, record, simulate};
 pub use split::{By, EpisodeSpec, GivenSpec, GroupSpec, HELD_OUT, HoldOut, Part, SizeSpec, SplitSpec};
 pub use statistics::Statistics;
+pub use store::store;
 pub use vary::Ranges;
 
 /// A small episode of `steps` control steps that is not physical at all, for tests.

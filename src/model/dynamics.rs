@@ -1,7 +1,7 @@
 //! What a model's author writes.
 use super::Checkpoints;
 use super::law::Message;
-use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad};
+use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad, Snapshot};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -24,6 +24,11 @@ pub trait Dynamics: Send + Sync {
     fn step(&self, state: &Self::State, control: &Control) -> Self::State;
     /// The particles this state stands for, in the scene's order.
     fn decode(&self, state: &Self::State) -> Particles;
+
+    /// The simulator's own state in this one, for a model that can only start from there.
+    fn snapshot(&self, _: &Self::State) -> Option<Snapshot> {
+        None
+    }
 
     /// Advances many states at once, in parallel; every state's result is the one `step` gives.
     fn step_batch(&self, states: &[Self::State], controls: &[&Control]) -> Vec<Self::State> {

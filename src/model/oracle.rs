@@ -1,6 +1,6 @@
 //! The simulator as the model: the ceiling of planning.
 use super::Dynamics;
-use crate::state::{Control, Particles, Scene};
+use crate::state::{Control, Particles, Scene, Snapshot};
 use crate::world::World;
 use anyhow::Context;
 use schemars::JsonSchema;
@@ -53,5 +53,9 @@ impl Dynamics for Oracle {
 
     fn decode(&self, state: &World) -> Particles {
         state.particles()
+    }
+
+    fn snapshot(&self, state: &World) -> Option<Snapshot> {
+        Some(state.snapshot())
     }
 }

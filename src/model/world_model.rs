@@ -2,7 +2,7 @@
 use super::backward::sweep;
 use super::law::Message;
 use super::{Adjoint, Dynamics};
-use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad};
+use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad, Snapshot};
 use crate::tool::Motion;
 use rayon::prelude::*;
 use std::path::Path;
@@ -53,6 +53,14 @@ pub trait WorldModel: Send + Sync {
     fn rollout(&self, scene: &Scene, controls: &[Control]) -> Rollout;
     /// One rollout per motion, each from `scene` with the tool at that motion's start; motions have equal lengths.
     fn rollouts(&self, scene: &Scene, motions: &[Motion]) -> Vec<Rollout>;
+    /// One rollout per pair of a scene and a motion, as [`WorldModel::rollouts`] gives it, and the simulator's state at its end
+    /// where the model has one: with it the next motion can be predicted from there. Motions have equal lengths.
+    fn follow(&self, scenes: &[Scene], motions: &[Motion]) -> Vec<(Rollout, Option<Snapshot>)> {
+        let one = |(scene, motion): (&Scene, &Motion)| {
+            (self.rollout(&Scene { poses: motion.start.clone(), ..scene.clone() }, &motion.controls), None)
+        };
+        scenes.iter().zip(motions).map(one).collect()
+    }
     /// J and `∂J/∂u`, or `None` when the model has no adjoint.
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient>;
     /// J, `∂J/∂u` and `∂J/∂weights`, or `None` when the model has no adjoint.
@@ -111,18 +119,12 @@ impl<D: Dynamics> WorldModel for D {
     }
 
     fn rollouts(&self, scene: &Scene, motions: &[Motion]) -> Vec<Rollout> {
-        let horizon = motions.first().map_or(0, |m| m.controls.len());
-        let start = |motion: &Motion| self.encode(&Scene { poses: motion.start.clone(), ..scene.clone() });
-        let mut states: Vec<D::State> = motions.par_iter().map(start).collect();
-        let mut rollouts: Vec<Rollout> = states.iter().map(|x| vec![self.decode(x)]).collect();
-        for t in 0..horizon {
-            let controls: Vec<_> = motions.iter().map(|m| &m.controls[t]).collect();
-            states = self.step_batch(&states, &controls);
-            for (rollout, x) in rollouts.iter_mut().zip(&states) {
-                rollout.push(self.decode(x));
-            }
-        }
-        rollouts
+        advance(self, motions.par_iter().map(|_| scene), motions).0
+    }
+
+    fn follow(&self, scenes: &[Scene], motions: &[Motion]) -> Vec<(Rollout, Option<Snapshot>)> {
+        let (rollouts, states) = advance(self, scenes.par_iter(), motions);
+        rollouts.into_iter().zip(states.par_iter().map(|x| self.snapshot(x)).collect::<Vec<_>>()).collect()
     }
 
     fn gradient(&self, scene: &Scene, controls: &[Control], cost: &dyn Cost) -> Option<Gradient> {
@@ -171,6 +173,27 @@ impl<D: Dynamics> WorldModel for D {
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
         Dynamics::save_weights(self, path)
     }
+}
+
+/// The rollouts of `motions`, each from its own scene, and the states at their ends.
+fn advance<'a, D: Dynamics>(
+    model: &D,
+    scenes: impl IndexedParallelIterator<Item = &'a Scene>,
+    motions: &[Motion],
+) -> (Vec<Rollout>, Vec<D::State>) {
+    let horizon = motions.first().map_or(0, |m| m.controls.len());
+    let start =
+        |(scene, motion): (&Scene, &Motion)| model.encode(&Scene { poses: motion.start.clone(), ..scene.clone() });
+    let mut states: Vec<D::State> = scenes.zip(motions).map(start).collect();
+    let mut rollouts: Vec<Rollout> = states.iter().map(|x| vec![model.decode(x)]).collect();
+    for t in 0..horizon {
+        let controls: Vec<_> = motions.iter().map(|m| &m.controls[t]).collect();
+        states = model.step_batch(&states, &controls);
+        for (rollout, x) in rollouts.iter_mut().zip(&states) {
+            rollout.push(model.decode(x));
+        }
+    }
+    (rollouts, states)
 }
 
 fn with_weights<D: Dynamics>(

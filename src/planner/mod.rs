@@ -42,6 +42,11 @@ pub trait Objective: Sync {
         plans.iter().map(|plan| self.gradient(plan)).collect()
     }
 
+    /// Rollouts of one action that the cost of one plan takes.
+    fn price(&self) -> usize {
+        1
+    }
+
     /// Whether no further plan will be costed, so that the planner must return the best it has.
     fn exhausted(&self) -> bool {
         false

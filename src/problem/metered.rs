@@ -27,9 +27,9 @@ pub type Clock<'a> = &'a (dyn Fn() -> f64 + Sync);
 /// What a search has spent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
-    /// Rollouts, without gradients.
+    /// Rollouts of one action, without gradients; a plan of several actions is as many.
     pub rollouts: usize,
-    /// Gradients.
+    /// Gradients, likewise.
     pub gradients: usize,
     /// Rollouts and gradients whose cost or slope was not a finite number.
     pub not_finite: usize,
@@ -105,7 +105,8 @@ impl Objective for Metered<'_> {
     }
 
     fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
-        let served = self.reserve(plans.len(), 1, |spent, count| spent.rollouts += count);
+        let price = self.inner.price();
+        let served = self.reserve(plans.len(), price, |spent, count| spent.rollouts += price * count);
         let mut costs = self.inner.costs(&plans[..served]);
         let broken = costs.iter_mut().filter(|cost| !cost.is_finite()).map(|cost| *cost = f64::INFINITY).count();
         self.tally().not_finite += broken;
@@ -118,8 +119,9 @@ impl Objective for Metered<'_> {
     }
 
     fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
-        let price = self.budget.gradient_price;
-        let served = self.reserve(plans.len(), price, |spent, count| spent.gradients += count);
+        let price = self.inner.price();
+        let both = price * self.budget.gradient_price;
+        let served = self.reserve(plans.len(), both, |spent, count| spent.gradients += price * count);
         let mut answers = self.inner.gradients(&plans[..served]);
         let mut spent = self.tally();
         for answer in &mut answers {
@@ -129,14 +131,18 @@ impl Objective for Metered<'_> {
                     *cost = if cost.is_finite() { *cost } else { f64::INFINITY };
                 }
                 // A model that has no gradient has spent nothing on it.
-                None => spent.gradients -= 1,
+                None => spent.gradients -= price,
             }
         }
         answers.resize(plans.len(), None);
         answers
     }
 
+    fn price(&self) -> usize {
+        self.inner.price()
+    }
+
     fn exhausted(&self) -> bool {
-        self.left(&self.tally()) == 0
+        self.left(&self.tally()) < self.inner.price()
     }
 }

@@ -7,8 +7,10 @@ use anyhow::{Context, ensure};
 use rayon::prelude::*;
 
 mod metered;
+mod sequence;
 
 pub use metered::{Budget, Clock, Metered, Spent};
+pub use sequence::{Sequence, Stroke};
 
 /// Candidates rolled out at once: enough to fill a network's batch, few enough that their states fit in memory.
 const BATCH: usize = 64;
@@ -41,13 +43,7 @@ impl<'a> Problem<'a> {
     ) -> anyhow::Result<Self> {
         ensure!(steps > 0, "a motion needs at least one control step");
         let space = tool.space(&piece);
-        for ((name, low), high) in space.names.iter().zip(&space.low).zip(&space.high) {
-            ensure!(
-                low.is_finite() && high.is_finite() && low <= high,
-                "the action {name} has no room between its bounds [{low}, {high}] on a workpiece of extent {:?} m",
-                piece.extent.to_array()
-            );
-        }
+        room(&space, &piece)?;
         model.accepts(&scene).context("the model cannot start from this scene")?;
         Ok(Self { model, tool, scene, piece, space, cost, steps })
     }
@@ -62,6 +58,18 @@ impl<'a> Problem<'a> {
         let cost = self.cost.total(rollout);
         if cost.is_finite() && rollout.iter().all(Particles::is_finite) { cost } else { f64::INFINITY }
     }
+}
+
+/// Whether every bound of the box that a tool has for `piece` leaves room.
+fn room(space: &ActionSpace, piece: &Workpiece) -> anyhow::Result<()> {
+    for ((name, low), high) in space.names.iter().zip(&space.low).zip(&space.high) {
+        ensure!(
+            low.is_finite() && high.is_finite() && low <= high,
+            "the action {name} has no room between its bounds [{low}, {high}] on a workpiece of extent {:?} m",
+            piece.extent.to_array()
+        );
+    }
+    Ok(())
 }
 
 impl Objective for Problem<'_> {

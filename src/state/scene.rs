@@ -42,6 +42,12 @@ impl Scene {
         Self { particles, past, body, walls, constants, tool, poses, interval, snapshot: None }
     }
 
+    /// What the next motion starts from once this scene has become `particles`: they lie still, and the tool is laid aside.
+    pub fn after(&self, particles: &Particles, snapshot: Option<Snapshot>) -> Self {
+        let particles = Particles::at_rest(particles.positions.clone());
+        Self { particles, past: Vec::new(), snapshot, ..self.clone() }
+    }
+
     /// Whether the parts of the scene fit each other and all its numbers are finite.
     ///
     /// # Errors

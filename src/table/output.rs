@@ -1,12 +1,13 @@
 //! The files a comparison leaves for people: tables and the report.
-use super::{Curve, Grid, Picture, Report, curves, forecast, identification, report, summary};
+use super::{Curve, Grid, Picture, Report, curves, forecast, gallery, identification, report, summary};
 use crate::compare::{Attempt, Comparison};
 use crate::config::write_whole;
 use anyhow::Context;
 use serde_json::Value;
 use std::path::Path;
 
-/// Writes `table.md`, `table.tex`, `predictions.tex` and `report.html` beside the rows, and returns the two main tables.
+/// Writes `table.md`, `table.tex`, `predictions.tex`, `report.html` and `gallery.html` beside the rows, and returns the two main
+/// tables.
 ///
 /// # Errors
 /// A file that cannot be written, or a `metrics.jsonl` that cannot be read.
@@ -29,6 +30,8 @@ pub fn write(comparison: &Comparison, config: &str) -> anyhow::Result<Vec<Grid>>
         config: config.to_owned(),
     };
     write_whole(&folder.join("report.html"), report(&page).as_bytes())?;
+    let pictures = gallery("Pliant: goals, and what each model made of them", &comparison.attempts);
+    write_whole(&folder.join("gallery.html"), pictures.as_bytes())?;
     Ok(tables)
 }
 

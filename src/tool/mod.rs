@@ -63,6 +63,26 @@ impl Workpiece {
         Self { centre: middle.with_z(0.0), extent: half.with_z(high.z) }
     }
 
+    /// `∂J/∂positions` from `∂J/∂(centre, extent)`: the outermost particles bear it, of equals the first.
+    pub fn around_vjp(particles: &Particles, gradient: &Self) -> Vec<DVec3> {
+        let positions = &particles.positions;
+        let mut back = vec![DVec3::ZERO; positions.len()];
+        let mut bear = |axis: usize, sign: f64, by: f64| {
+            let outer = |best: usize, i: usize| {
+                if sign * positions[i][axis] > sign * positions[best][axis] { i } else { best }
+            };
+            if let Some(outermost) = (0..positions.len()).reduce(outer) {
+                back[outermost][axis] += by;
+            }
+        };
+        for axis in 0..2 {
+            bear(axis, 1.0, (gradient.centre[axis] + gradient.extent[axis]) / 2.0);
+            bear(axis, -1.0, (gradient.centre[axis] - gradient.extent[axis]) / 2.0);
+        }
+        bear(2, 1.0, gradient.extent.z);
+        back
+    }
+
     /// How far the box reaches from its middle along (cosine, sine) in the table plane \[m\]; a little more where one of the two
     /// vanishes, so that it has a derivative everywhere.
     fn reach(&self, cosine: f64, sine: f64) -> f64 {
@@ -106,22 +126,38 @@ pub trait Tool: Send + Sync {
                     theta[i] += h;
                     self.motion(&theta, piece, controls.len())
                 };
-                let (minus, plus) = (nudge(-h), nudge(h));
-                let work = |a: &[Pose], b: &[Pose], g: &[PoseGrad]| -> f64 {
-                    let turn = |a: &DQuat, b: &DQuat| (*b * a.inverse()).to_scaled_axis();
-                    a.iter()
-                        .zip(b)
-                        .zip(g)
-                        .map(|((a, b), g)| {
-                            (b.translation - a.translation).dot(g.translation)
-                                + turn(&a.rotation, &b.rotation).dot(g.rotation)
-                        })
-                        .sum()
-                };
-                let path = minus.controls.iter().zip(&plus.controls).zip(controls);
-                let along: f64 = path.map(|((a, b), g)| work(&a.poses, &b.poses, &g.poses)).sum();
-                (along + work(&minus.start, &plus.start, start)) / (2.0 * h)
+                work(&nudge(-h), &nudge(h), start, controls) / (2.0 * h)
             })
             .collect()
     }
+
+    /// `∂J/∂(centre, extent)` of the workpiece, likewise, where θ lies at the fractions `unit` of the box that belongs to the piece.
+    fn piece_vjp(&self, unit: &[f64], piece: &Workpiece, start: &[PoseGrad], controls: &[ControlGrad]) -> Workpiece {
+        let at = |piece: Workpiece| self.motion(&self.space(&piece).at(unit), &piece, controls.len());
+        let h = 1e-6;
+        let slope = |by: &dyn Fn(f64) -> Workpiece| work(&at(by(-h)), &at(by(h)), start, controls) / (2.0 * h);
+        let centre = |axis: DVec3| slope(&|h| Workpiece { centre: piece.centre + h * axis, ..*piece });
+        let extent = |axis: DVec3| slope(&|h| Workpiece { extent: piece.extent + h * axis, ..*piece });
+        Workpiece {
+            centre: DVec3::new(centre(DVec3::X), centre(DVec3::Y), 0.0),
+            extent: DVec3::AXES.map(extent).into(),
+        }
+    }
+}
+
+/// What the forces of a path do along the way from one path to another, to first order.
+fn work(from: &Motion, to: &Motion, start: &[PoseGrad], controls: &[ControlGrad]) -> f64 {
+    let work = |a: &[Pose], b: &[Pose], g: &[PoseGrad]| -> f64 {
+        let turn = |a: &DQuat, b: &DQuat| (*b * a.inverse()).to_scaled_axis();
+        a.iter()
+            .zip(b)
+            .zip(g)
+            .map(|((a, b), g)| {
+                (b.translation - a.translation).dot(g.translation) + turn(&a.rotation, &b.rotation).dot(g.rotation)
+            })
+            .sum()
+    };
+    let path = from.controls.iter().zip(&to.controls).zip(controls);
+    let along: f64 = path.map(|((a, b), g)| work(&a.poses, &b.poses, &g.poses)).sum();
+    along + work(&from.start, &to.start, start)
 }

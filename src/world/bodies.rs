@@ -68,10 +68,18 @@ impl Substance for Bodies {
         self.each.iter().map(mass).sum::<f64>() / (self.density * LENGTH.powi(3))
     }
 
-    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld) {
+    fn kick(&mut self, velocity: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld) {
         for (body, _) in &self.each {
             let body = &mut physics.bodies[*body];
-            body.set_linvel(body.linvel() + inward(velocity), true);
+            body.set_linvel(body.linvel() + inward(velocity(outward(body.translation()))), true);
+        }
+    }
+
+    fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld) {
+        for (body, _) in &self.each {
+            let body = &mut physics.bodies[*body];
+            let middle = body.translation();
+            body.set_translation(middle + inward(by(outward(middle))), true);
         }
     }
 

@@ -151,11 +151,22 @@ impl Substance for Dough {
         self.each(physics).map(volume).sum()
     }
 
-    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld) {
+    fn kick(&mut self, velocity: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld) {
         for lump in &self.lumps {
             let body = &mut physics.soft_bodies[lump.body];
             for i in 0..body.num_particles() {
-                body.set_particle_velocity(i, body.particle_velocity(i) + inward(velocity));
+                let more = inward(velocity(outward(body.particle_position(i))));
+                body.set_particle_velocity(i, body.particle_velocity(i) + more);
+            }
+        }
+    }
+
+    fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld) {
+        for lump in &self.lumps {
+            let body = &mut physics.soft_bodies[lump.body];
+            for i in 0..body.num_particles() {
+                let position = body.particle_position(i);
+                body.set_particle_position(i, position + inward(by(outward(position))));
             }
         }
     }

@@ -79,9 +79,14 @@ impl Engine {
         }
     }
 
-    /// Adds a velocity \[m/s\] to a piece.
-    pub(super) fn kick(&mut self, piece: usize, velocity: DVec3) {
+    /// As [`Substance::kick`] of one piece.
+    pub(super) fn kick(&mut self, piece: usize, velocity: &dyn Fn(DVec3) -> DVec3) {
         self.matter[piece].substance_mut().kick(velocity, &mut self.physics);
+    }
+
+    /// As [`Substance::shift`] of every piece.
+    pub(super) fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3) {
+        self.matter.iter_mut().for_each(|matter| matter.substance_mut().shift(by, &mut self.physics));
     }
 
     /// Drops what the engine's serialisation leaves out of soft bodies and contacts, such as how far the fit of a rest shape
@@ -120,8 +125,9 @@ impl Engine {
         self.matter.iter().flat_map(|matter| matter.substance().surface(&self.physics)).collect()
     }
 
-    pub(super) fn volume(&self) -> f64 {
-        self.matter.iter().map(|matter| matter.substance().volume(&self.physics)).sum()
+    /// Of every piece, its volume \[m³\].
+    pub(super) fn volumes(&self) -> impl Iterator<Item = f64> {
+        self.matter.iter().map(|matter| matter.substance().volume(&self.physics))
     }
 }
 

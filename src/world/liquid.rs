@@ -205,8 +205,12 @@ impl Substance for Liquid {
         self.positions.len() as f64 * self.spacing.powi(3)
     }
 
-    fn kick(&mut self, velocity: DVec3, _: &mut PhysicsWorld) {
-        self.velocities.iter_mut().for_each(|v| *v += velocity);
+    fn kick(&mut self, velocity: &dyn Fn(DVec3) -> DVec3, _: &mut PhysicsWorld) {
+        self.velocities.iter_mut().zip(&self.positions).for_each(|(v, x)| *v += velocity(*x));
+    }
+
+    fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3, _: &mut PhysicsWorld) {
+        self.positions.iter_mut().for_each(|x| *x += by(*x));
     }
 
     fn mend(&mut self, physics: &mut PhysicsWorld, _: &[RigidBodyHandle]) {

@@ -99,8 +99,10 @@ pub(super) trait Substance {
     fn surface(&self, physics: &PhysicsWorld) -> Vec<DVec3>;
     /// Its volume \[m³\].
     fn volume(&self, physics: &PhysicsWorld) -> f64;
-    /// Adds a velocity \[m/s\] to all of it.
-    fn kick(&mut self, velocity: DVec3, physics: &mut PhysicsWorld);
+    /// Adds to every particle, or to every body as a whole, the velocity \[m/s\] that belongs to its place \[m\].
+    fn kick(&mut self, velocity: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld);
+    /// Moves every particle, or every body as a whole, by what belongs to its place \[m\].
+    fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3, physics: &mut PhysicsWorld);
     /// The body of every particle: a connected lump, a grain; numbers from 0.
     fn bodies(&self) -> Vec<usize>;
     /// Prepares for a new tool, which may cut.

@@ -172,7 +172,12 @@ impl World {
 
     /// Volume of the material \[m³\].
     pub fn volume(&self) -> f64 {
-        self.engine.volume()
+        self.engine.volumes().sum()
+    }
+
+    /// Volume of each of the [pieces](World::pieces) \[m³\].
+    pub fn volumes(&self) -> Vec<f64> {
+        self.engine.volumes().collect()
     }
 
     /// Walls around the table.
@@ -206,12 +211,29 @@ impl World {
 
     /// Adds a velocity \[m/s\] to all of the material: a shove from outside.
     pub fn kick(&mut self, velocity: DVec3) {
-        (0..self.engine.pieces().count()).for_each(|piece| self.engine.kick(piece, velocity));
+        self.blow(&|_| velocity);
     }
 
     /// Adds a velocity \[m/s\] to one of the [pieces](World::pieces).
     pub fn kick_piece(&mut self, piece: usize, velocity: DVec3) {
-        self.engine.kick(piece, velocity);
+        self.engine.kick(piece, &|_| velocity);
+    }
+
+    /// Adds to every particle the velocity \[m/s\] that `velocity` gives for its place \[m\], to a rigid body that of its
+    /// middle.
+    pub fn blow(&mut self, velocity: &dyn Fn(DVec3) -> DVec3) {
+        (0..self.engine.pieces().count()).for_each(|piece| self.engine.kick(piece, velocity));
+    }
+
+    /// Moves every particle by what `by` gives for its place, a rigid body by what it gives for its middle \[m\].
+    pub fn shift(&mut self, by: &dyn Fn(DVec3) -> DVec3) {
+        self.engine.shift(by);
+    }
+
+    /// Lays the tool in hand aside and lets `steps` control steps pass.
+    pub fn wait(&mut self, steps: usize) {
+        self.take(&Arc::new(ToolShape::from(Vec::new())), &[]);
+        (0..steps).for_each(|_| self.step(&Control::default()));
     }
 
     /// One tool action: [`World::take`], then every step; the states x₀ … x_H.

@@ -10,9 +10,16 @@ use anyhow::Context;
 use glam::DVec3;
 use indexmap::IndexMap;
 use rand::Rng;
+use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+mod recipe;
+mod word;
+
+pub use recipe::{ActionSpec, RecipeSpec};
+pub use word::WordSpec;
 
 /// A goal's points and how they relate to the particles that start.
 #[derive(Clone, Debug)]
@@ -49,7 +56,13 @@ pub trait GoalMaker: Send + Sync {
 
 family! {
     /// Every kind of goal that a config can name.
-    GoalSpec builds Box<dyn GoalMaker> { Simulated(SimulatedSpec), Shape(ShapeGoalSpec), Cloud(CloudSpec) }
+    GoalSpec builds Box<dyn GoalMaker> {
+        Simulated(SimulatedSpec),
+        Shape(ShapeGoalSpec),
+        Word(WordSpec),
+        Recipe(RecipeSpec),
+        Cloud(CloudSpec),
+    }
 }
 
 /// What the world itself makes of this start with one hidden action of a tool that planners may use too: it can be reached,
@@ -96,29 +109,40 @@ impl SimulatedSpec {
 
 impl GoalMaker for Simulated {
     fn make(&self, source: &Source<'_>) -> anyhow::Result<Goal> {
-        let Self(SimulatedSpec { tool: name, action }) = self;
-        let known = &source.dataset.tool;
-        let tool = known.get(name).with_context(|| {
-            let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-            format!("goal.tool is \"{name}\", which planners do not have; choose from {names}")
-        })?;
-        let tool = tool.clone().build()?;
+        let Self(SimulatedSpec { tool, action }) = self;
         let mut world = source.start.clone();
-        let piece = Workpiece::around(&world.particles());
-        let space = tool.space(&piece);
-        anyhow::ensure!(
-            action.len() == space.dimension(),
-            "goal.action has {} pairs, but {name} takes {}: {}",
-            action.len(),
-            space.dimension(),
-            space.names.join(", ")
-        );
-        let mut rng = stream(source.seed, &[HIDDEN]);
-        let unit: Vec<f64> = action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
-        let motion = tool.motion(&space.at(&unit), &piece, source.dataset.steps);
-        let end = world.execute(tool.shape(), &motion).pop().context("an action has at least one step")?;
-        Ok(Goal { points: end.positions, matching: Matching::Matched, floors: IndexMap::new() })
+        hidden(tool, action, source, &mut world, &mut stream(source.seed, &[HIDDEN]))?;
+        let points = world.particles().positions;
+        Ok(Goal { points, matching: Matching::Matched, floors: IndexMap::new() })
     }
+}
+
+/// Executes an action of the tool called `name` in `world`, its fractions of the tool's box drawn between the numbers of `action`.
+fn hidden(
+    name: &str,
+    action: &[[f64; 2]],
+    source: &Source<'_>,
+    world: &mut World,
+    rng: &mut ChaCha8Rng,
+) -> anyhow::Result<()> {
+    let known = &source.dataset.tool;
+    let tool = known.get(name).with_context(|| {
+        let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        format!("goal.tool is \"{name}\", which planners do not have; choose from {names}")
+    })?;
+    let tool = tool.clone().build()?;
+    let piece = Workpiece::around(&world.particles());
+    let space = tool.space(&piece);
+    anyhow::ensure!(
+        action.len() == space.dimension(),
+        "goal.action has {} pairs, but {name} takes {}: {}",
+        action.len(),
+        space.dimension(),
+        space.names.join(", ")
+    );
+    let unit: Vec<f64> = action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
+    world.execute(tool.shape(), &tool.motion(&space.at(&unit), &piece, source.dataset.steps));
+    Ok(())
 }
 
 struct ShapeGoal(Box<dyn Shape>);
@@ -134,7 +158,7 @@ impl GoalMaker for ShapeGoal {
         let start = source.start.particles();
         let centre = Workpiece::around(&start).centre;
         let points = self.0.points(start.len(), &mut stream(source.seed, &[SAMPLES]));
-        let floors = floors(self.0.as_ref(), start.len(), source.seed);
+        let floors = floors(sampled(self.0.as_ref(), start.len(), source.seed));
         Ok(Goal { points: points.into_iter().map(|p| p + centre).collect(), matching: Matching::Unmatched, floors })
     }
 }
@@ -156,7 +180,7 @@ impl GoalMaker for Cloud {
         let region = self.perception.region(&cloud).with_context(|| format!("in {}", self.file.display()))?;
         let count = source.start.particles().len();
         let points = region.points(count, &mut stream(source.seed, &[SAMPLES]));
-        Ok(Goal { floors: floors(&region, count, source.seed), points, matching: Matching::Unmatched })
+        Ok(Goal { floors: floors(sampled(&region, count, source.seed)), points, matching: Matching::Unmatched })
     }
 }
 
@@ -164,11 +188,15 @@ impl GoalMaker for Cloud {
 const HIDDEN: u64 = u64::from_le_bytes(*b"hidden  ");
 const SAMPLES: u64 = u64::from_le_bytes(*b"samples ");
 
-/// Every metric between two samplings of `shape` by `count` points.
-fn floors(shape: &dyn Shape, count: usize, seed: u64) -> IndexMap<String, Option<f64>> {
-    let sampling = |k| shape.points(count, &mut stream(seed, &[SAMPLES, k]));
+/// Every metric between samplings 1 and 2 of a shape.
+fn floors(sampling: impl Fn(u64) -> Vec<DVec3>) -> IndexMap<String, Option<f64>> {
     let (first, second) = (sampling(1), sampling(2));
     METRICS.iter().map(|m| (m.name().to_owned(), sampling_floor(*m, &first, &second))).collect()
+}
+
+/// The samplings of `shape` by `count` points.
+fn sampled(shape: &dyn Shape, count: usize, seed: u64) -> impl Fn(u64) -> Vec<DVec3> {
+    move |k| shape.points(count, &mut stream(seed, &[SAMPLES, k]))
 }
 
 #[cfg(test)]
