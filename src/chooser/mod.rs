@@ -4,13 +4,23 @@ use crate::planner::{Plan, Planner};
 use crate::problem::{Budget, Clock, Metered, Problem, Spent};
 use crate::state::{Pose, Scene, ToolShape, stream};
 use crate::tool::{Motion, Tool, Workpiece};
+use crate::train::policy::Policy;
 use anyhow::Context;
+use glam::DVec3;
 use indexmap::IndexMap;
 use std::sync::Arc;
 
+mod classifier;
 mod exhaustive;
+mod fixed;
+mod lesson;
+mod random;
 
+pub use classifier::{ClassifierSpec, Likely};
 pub use exhaustive::{Exhaustive, ExhaustiveSpec};
+pub use fixed::{Fixed, FixedSpec};
+pub use lesson::{ChooserMaker, Lesson};
+pub use random::{Random, RandomSpec};
 
 /// First word of every stream that planning draws from.
 const PLANNING: u64 = u64::from_le_bytes(*b"planning");
@@ -27,6 +37,12 @@ pub struct Task<'a> {
     pub piece: Workpiece,
     /// What is minimised.
     pub cost: &'a dyn Cost,
+    /// Points of the material \[m\].
+    pub current: &'a [DVec3],
+    /// Points of the goal, for those who have learned to look at it \[m\].
+    pub goal: &'a [DVec3],
+    /// What has learned to propose actions of a tool, by the tool's name.
+    pub policies: &'a IndexMap<String, Policy>,
     /// Control steps of one action.
     pub steps: usize,
     /// What searches each tool's actions.
@@ -57,6 +73,8 @@ pub struct Alternative {
 pub struct Choice {
     /// Every tool that was planned, in the order of the task's tools.
     pub alternatives: Vec<Alternative>,
+    /// Time that choosing what to plan took \[s\].
+    pub shortlisting: f64,
     /// Which of them has the least predicted cost, ties going to the first; `None` when none has a plan.
     pub chosen: Option<usize>,
 }
@@ -68,9 +86,10 @@ impl Choice {
         chosen.found.as_ref().map(|(plan, motion)| (chosen.tool.as_str(), plan, motion))
     }
 
-    /// What all searches cost together.
+    /// What the shortlist and all searches cost together.
     pub fn spent(&self) -> Spent {
-        self.alternatives.iter().fold(Spent::default(), |mut sum, a| {
+        let shortlisted = Spent { seconds: self.shortlisting, ..Spent::default() };
+        self.alternatives.iter().fold(shortlisted, |mut sum, a| {
             sum += a.spent;
             sum
         })
@@ -87,18 +106,25 @@ pub trait Chooser: Send + Sync {
     /// # Errors
     /// When a tool's problem cannot be posed, naming the tool.
     fn choose(&self, task: &Task<'_>) -> anyhow::Result<Choice> {
-        let alternatives =
-            self.shortlist(task).into_iter().map(|i| task.plan(i)).collect::<anyhow::Result<Vec<_>>>()?;
+        let began = (task.clock)();
+        let shortlist = self.shortlist(task);
+        let shortlisting = (task.clock)() - began;
+        let alternatives = shortlist.into_iter().map(|i| task.plan(i)).collect::<anyhow::Result<Vec<_>>>()?;
         let cost = |i: usize| alternatives[i].found.as_ref().map(|(plan, _)| plan.cost);
         let planned = (0..alternatives.len()).filter_map(|i| Some((i, cost(i)?)));
         let chosen = planned.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
-        Ok(Choice { alternatives, chosen })
+        Ok(Choice { alternatives, shortlisting, chosen })
     }
 }
 
 family! {
     /// Every chooser that a config can name.
-    ChooserSpec builds Box<dyn Chooser> { Exhaustive(ExhaustiveSpec) }
+    ChooserSpec builds Box<dyn ChooserMaker> {
+        Exhaustive(ExhaustiveSpec),
+        Classifier(ClassifierSpec),
+        Random(RandomSpec),
+        Fixed(FixedSpec),
+    }
 }
 
 impl Task<'_> {
@@ -114,6 +140,10 @@ impl Task<'_> {
         let scene = (self.scene)(tool.shape(), &start);
         let problem = Problem::new(self.model, tool.as_ref(), scene, self.piece, self.cost, self.steps)
             .with_context(|| format!("tool {name} cannot be planned"))?;
+        let problem = match self.policies.get(name) {
+            Some(policy) => problem.advised(policy, self.goal),
+            None => problem,
+        };
         let metered = Metered::new(&problem, self.budget, self.clock);
         let plan = self.planner.plan(&metered, &mut stream(self.seed, &[PLANNING, self.action, place as u64]));
         let spent = metered.spent();

@@ -1,11 +1,12 @@
 //! The bench that every contender stands on: one dataset, one set of starts and goals, one budget.
 use super::attempt::{Attempt, Entry, attempt};
+use super::policies::policies;
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
-use crate::chooser::Chooser;
+use crate::chooser::{Chooser, Lesson};
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
 use crate::data::{HELD_OUT, simulate};
 use crate::perception::Perception;
-use crate::planner::Planner;
+use crate::planner::{Planner, PlannerSpec};
 use crate::problem::Clock;
 use crate::state::Constants;
 use crate::tool::{Tool, ToolSpec};
@@ -42,6 +43,7 @@ impl Comparison {
 pub(super) struct Bench<'a> {
     pub(super) spec: &'a CompareSpec,
     pub(super) tools: IndexMap<String, Box<dyn Tool>>,
+    planners: IndexMap<String, Box<dyn Planner>>,
     /// What models may be told of the scene that is planned in.
     pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
@@ -56,18 +58,30 @@ pub(super) struct Bench<'a> {
 /// # Errors
 /// An impossible spec, a damaged artifact, a failing fit, or a stop that was asked for; what was made stays and is reused.
 pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>, Vec<Prediction>)> {
+    let Fitted { contenders, predictions, .. } = fitted(&spec.rooted(), watch)?;
+    Ok((contenders, predictions))
+}
+
+/// The contenders, and what they were fitted to.
+struct Fitted {
+    data: Split,
+    dataset: Fingerprint,
+    contenders: Vec<Contender>,
+    predictions: Vec<Prediction>,
+}
+
+fn fitted(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<Fitted> {
     spec.check()?;
-    let spec = &spec.rooted();
     let artifacts = Artifacts::below(&spec.artifacts);
     let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
     let dataset = simulate(&spec.dataset, &folder, watch)?;
     let mut data = Split::of(&dataset, HELD_OUT);
     data.train.truncate(spec.learn_from.unwrap_or(usize::MAX));
-    let mark = fingerprint(&(mark, spec.learn_from));
-    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &mark, &artifacts, watch));
+    let dataset = fingerprint(&(mark, spec.learn_from));
+    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &dataset, &artifacts, watch));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
     let predictions = contenders.iter().filter_map(Prediction::of).collect();
-    Ok((contenders, predictions))
+    Ok(Fitted { data, dataset, contenders, predictions })
 }
 
 /// Fits the one contender of `spec` that is called `name`, as [`fit`] does.
@@ -90,7 +104,7 @@ pub fn fit_named(name: &str, spec: &CompareSpec, watch: &Watch) -> anyhow::Resul
 /// As [`fit`]; also a goal or start that cannot be made.
 pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
     let spec = &loaded.spec.rooted();
-    let (contenders, predictions) = fit(&loaded.spec, watch)?;
+    let Fitted { data, dataset, mut contenders, predictions } = fitted(spec, watch)?;
     let mark = identity(&loaded.spec);
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));
     write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
@@ -99,7 +113,12 @@ pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> any
 
     let began = Instant::now();
     let clock = move || began.elapsed().as_secs_f64();
-    let bench = Bench::new(spec, &clock, commit, mark.to_string())?;
+    let bench = Bench::new(spec, &clock, commit, mark.to_string(), (&data, &dataset), watch)?;
+    if bench.planners.values().any(|planner| planner.wants_proposals()) {
+        for contender in &mut contenders {
+            contender.policies = policies(contender, spec, &bench.tools, (&data, &dataset), watch)?;
+        }
+    }
     let attempts = bench.run(&contenders, &folder.join("attempts"), watch)?;
     let rows: Vec<Row> = attempts.iter().map(|a| a.row.clone()).collect();
     write_whole(&folder.join("rows.jsonl"), to_jsonl(&rows).as_bytes())?;
@@ -116,16 +135,28 @@ fn identity(spec: &CompareSpec) -> Fingerprint {
 }
 
 impl<'a> Bench<'a> {
-    fn new(spec: &'a CompareSpec, clock: Clock<'a>, commit: &'a str, fingerprint: String) -> anyhow::Result<Self> {
+    fn new(
+        spec: &'a CompareSpec,
+        clock: Clock<'a>,
+        commit: &'a str,
+        fingerprint: String,
+        (data, dataset): (&Split, &Fingerprint),
+        watch: &Watch,
+    ) -> anyhow::Result<Self> {
         let build = |(name, tool): (&String, &ToolSpec)| {
             Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
         };
+        let search = |(name, planner): (&String, &PlannerSpec)| Ok((name.clone(), planner.clone().build()?));
+        let tools = spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?;
+        let lesson = Lesson { data, dataset, tools: &tools, root: &spec.artifacts, watch };
+        let chooser = spec.chooser.clone().build()?.make(&lesson).context("the chooser cannot be made")?;
         Ok(Self {
             spec,
-            tools: spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?,
+            tools,
+            planners: spec.planner.iter().map(search).collect::<anyhow::Result<_>>()?,
             constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
-            chooser: spec.chooser.clone().build()?,
+            chooser,
             clock,
             commit,
             fingerprint,
@@ -134,9 +165,7 @@ impl<'a> Bench<'a> {
 
     fn run(&self, contenders: &[Contender], folder: &Path, watch: &Watch) -> anyhow::Result<Vec<Attempt>> {
         let spec = self.spec;
-        let planners: Vec<(&String, Box<dyn Planner>)> =
-            spec.planner.iter().map(|(name, p)| Ok((name, p.clone().build()?))).collect::<anyhow::Result<_>>()?;
-        let total = spec.goal.len() * spec.seeds.len() * planners.len() * contenders.len();
+        let total = spec.goal.len() * spec.seeds.len() * self.planners.len() * contenders.len();
         let bar = watch.stage("plan and execute", total as u64);
         let mut attempts = Vec::with_capacity(total);
         for (goal_name, goal) in &spec.goal {
@@ -145,7 +174,7 @@ impl<'a> Bench<'a> {
                 let start = self.start(seed)?;
                 let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
                 let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
-                let pairs = planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
+                let pairs = self.planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
                 let entries = pairs.map(|((planner_name, planner), contender)| Entry {
                     contender,
                     planner: (planner_name, planner.as_ref()),

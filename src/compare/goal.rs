@@ -4,7 +4,7 @@ use crate::metric::{METRICS, Matching, sampling_floor};
 use crate::perception::{Observation, Perception, PerceptionSpec};
 use crate::shape::{Shape, ShapeSpec, read_points};
 use crate::state::stream;
-use crate::tool::Workpiece;
+use crate::tool::{Tool, Workpiece};
 use crate::world::World;
 use anyhow::Context;
 use glam::DVec3;
@@ -49,7 +49,12 @@ pub trait GoalMaker: Send + Sync {
 
 family! {
     /// Every kind of goal that a config can name.
-    GoalSpec builds Box<dyn GoalMaker> { Simulated(SimulatedSpec), Shape(ShapeGoalSpec), Cloud(CloudSpec) }
+    GoalSpec builds Box<dyn GoalMaker> {
+        Simulated(SimulatedSpec),
+        Drawn(DrawnSpec),
+        Shape(ShapeGoalSpec),
+        Cloud(CloudSpec),
+    }
 }
 
 /// What the world itself makes of this start with one hidden action of a tool that planners may use too: it can be reached,
@@ -61,6 +66,17 @@ pub struct SimulatedSpec {
     pub tool: String,
     /// The action as fractions \[0, 1\] of the tool's box at this start, each drawn between the two numbers.
     pub action: Vec<[f64; 2]>,
+}
+
+/// What the world itself makes of this start with one hidden action of one of the tools that planners may use, which the seed draws
+/// too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DrawnSpec {
+    /// Number of this goal among several of one seed, each with a tool and an action of its own.
+    pub number: u64,
+    /// Every number of the action, as a fraction \[0, 1\] of the tool's box at this start, is drawn between these two.
+    pub action: [f64; 2],
 }
 
 /// A shape standing on the table at the workpiece's centre.
@@ -83,15 +99,49 @@ pub struct CloudSpec {
 
 struct Simulated(SimulatedSpec);
 
+struct Drawn(DrawnSpec);
+
+fn inside([low, high]: &[f64; 2]) -> bool {
+    0.0 <= *low && low <= high && *high <= 1.0
+}
+
 impl SimulatedSpec {
     fn build(self) -> anyhow::Result<Simulated> {
-        let inside = |[low, high]: &[f64; 2]| 0.0 <= *low && low <= high && *high <= 1.0;
         anyhow::ensure!(
             self.action.iter().all(inside),
             "goal.action must hold pairs [low, high] with 0 ≤ low ≤ high ≤ 1"
         );
         Ok(Simulated(self))
     }
+}
+
+impl DrawnSpec {
+    fn build(self) -> anyhow::Result<Drawn> {
+        anyhow::ensure!(inside(&self.action), "goal.action must be a pair [low, high] with 0 ≤ low ≤ high ≤ 1");
+        Ok(Drawn(self))
+    }
+}
+
+impl GoalMaker for Drawn {
+    fn make(&self, source: &Source<'_>) -> anyhow::Result<Goal> {
+        let Self(DrawnSpec { number, action: [low, high] }) = self;
+        let mut rng = stream(source.seed, &[HIDDEN, *number]);
+        let tools = &source.dataset.tool;
+        let (_, tool) = tools.get_index(rng.random_range(0..tools.len())).context("a number below their count")?;
+        let tool = tool.clone().build()?;
+        let dimension = tool.space(&Workpiece::around(&source.start.particles())).dimension();
+        let unit: Vec<f64> = (0..dimension).map(|_| low + (high - low) * rng.random::<f64>()).collect();
+        executed(source, tool.as_ref(), &unit)
+    }
+}
+
+/// What the world makes of the start with the action at fractions `unit` of the tool's box.
+fn executed(source: &Source<'_>, tool: &dyn Tool, unit: &[f64]) -> anyhow::Result<Goal> {
+    let mut world = source.start.clone();
+    let piece = Workpiece::around(&world.particles());
+    let motion = tool.motion(&tool.space(&piece).at(unit), &piece, source.dataset.steps);
+    let end = world.execute(tool.shape(), &motion).pop().context("an action has at least one step")?;
+    Ok(Goal { points: end.positions, matching: Matching::Matched, floors: IndexMap::new() })
 }
 
 impl GoalMaker for Simulated {
@@ -103,9 +153,7 @@ impl GoalMaker for Simulated {
             format!("goal.tool is \"{name}\", which planners do not have; choose from {names}")
         })?;
         let tool = tool.clone().build()?;
-        let mut world = source.start.clone();
-        let piece = Workpiece::around(&world.particles());
-        let space = tool.space(&piece);
+        let space = tool.space(&Workpiece::around(&source.start.particles()));
         anyhow::ensure!(
             action.len() == space.dimension(),
             "goal.action has {} pairs, but {name} takes {}: {}",
@@ -115,9 +163,7 @@ impl GoalMaker for Simulated {
         );
         let mut rng = stream(source.seed, &[HIDDEN]);
         let unit: Vec<f64> = action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
-        let motion = tool.motion(&space.at(&unit), &piece, source.dataset.steps);
-        let end = world.execute(tool.shape(), &motion).pop().context("an action has at least one step")?;
-        Ok(Goal { points: end.positions, matching: Matching::Matched, floors: IndexMap::new() })
+        executed(source, tool.as_ref(), &unit)
     }
 }
 
@@ -199,6 +245,21 @@ mod tests {
         let goal = goal.unwrap();
         assert_eq!(end.positions, goal.points);
         assert_ne!(before, goal.points);
+    }
+
+    #[test]
+    fn a_drawn_goal_is_the_seeds_and_its_numbers_alone() {
+        let (spec, start, _) = goal("seeds=[3]");
+        let made = |number: u64, seed: u64| {
+            let source = Source { start: &start, dataset: &spec.dataset, root: "".as_ref(), seed };
+            let maker = GoalSpec::Drawn(DrawnSpec { number, action: [0.3, 0.7] }).build().unwrap();
+            maker.make(&source).unwrap().points
+        };
+        assert_eq!(made(0, 3), made(0, 3));
+        assert_ne!(made(0, 3), made(1, 3), "every number has an action of its own");
+        assert_ne!(made(0, 3), made(0, 4), "every seed has an action of its own");
+        assert_ne!(made(0, 3), start.particles().positions);
+        assert!(GoalSpec::Drawn(DrawnSpec { number: 0, action: [0.7, 0.3] }).build().is_err());
     }
 
     #[test]

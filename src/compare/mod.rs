@@ -7,6 +7,7 @@ mod commit;
 mod contender;
 mod distil;
 mod goal;
+mod policies;
 mod prediction;
 mod row;
 mod spec;

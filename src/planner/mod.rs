@@ -2,6 +2,7 @@
 use crate::state::ActionSpace;
 use rand_chacha::ChaCha8Rng;
 
+mod around;
 mod best;
 mod cem;
 mod covariance;
@@ -10,12 +11,14 @@ mod descent;
 mod grid;
 mod lbfgs;
 mod mppi;
+mod policy;
 mod random;
 mod refine;
 mod sampler;
 mod starts;
 mod temperature;
 
+pub use around::{Around, AroundSpec};
 pub use cem::{Cem, CemSpec};
 pub use covariance::{Covariance, FloorSpec};
 pub use covo::{Covo, CovoSpec};
@@ -23,6 +26,7 @@ pub use descent::{Descent, DescentSpec};
 pub use grid::{Grid, GridSpec};
 pub use lbfgs::{Lbfgs, LbfgsSpec};
 pub use mppi::{Mppi, MppiSpec};
+pub use policy::{Policy, PolicySpec};
 pub use random::{Random, RandomSpec};
 pub use refine::{Refine, RefineSpec};
 pub use sampler::Sampler;
@@ -40,6 +44,11 @@ pub trait Objective: Sync {
     /// Costs and gradients of many plans at once, each as [`Objective::gradient`] gives it.
     fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
         plans.iter().map(|plan| self.gradient(plan)).collect()
+    }
+
+    /// At most `most` plans that something learned thinks good, the best first; none where nothing has learned any.
+    fn proposals(&self, _most: usize) -> Vec<Vec<f64>> {
+        Vec::new()
     }
 
     /// Whether no further plan will be costed, so that the planner must return the best it has.
@@ -61,6 +70,11 @@ pub struct Plan {
 pub trait Planner: Send + Sync {
     /// The best plan found, or `None` when the objective lacks what this planner needs or no plan has a finite cost.
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan>;
+
+    /// Whether it asks for [`Objective::proposals`], which somebody then has to have learned.
+    fn wants_proposals(&self) -> bool {
+        false
+    }
 }
 
 family! {
@@ -74,6 +88,8 @@ family! {
         Descent(DescentSpec),
         Lbfgs(LbfgsSpec),
         Refine(RefineSpec),
+        Policy(PolicySpec),
+        Around(AroundSpec),
     }
 }
 

@@ -136,6 +136,10 @@ impl Objective for Metered<'_> {
         answers
     }
 
+    fn proposals(&self, most: usize) -> Vec<Vec<f64>> {
+        self.inner.proposals(most)
+    }
+
     fn exhausted(&self) -> bool {
         self.left(&self.tally()) == 0
     }
