@@ -30,6 +30,7 @@ mod network_speed;
 mod noise;
 mod peer;
 mod physics;
+mod policy;
 mod quickstart;
 mod radius;
 mod random_graph;
@@ -39,6 +40,7 @@ mod rounds;
 mod slopes;
 mod speed;
 mod stack;
+mod tool_choice;
 mod transfer;
 mod world;
 
@@ -66,6 +68,8 @@ const EXPERIMENTS: &[Experiment] = &[
     distil::CLAIM,
     physics::CLAIM,
     gradient_quality::CLAIM,
+    policy::CLAIM,
+    tool_choice::CLAIM,
     mpm_speed::CLAIM,
 ];
 

@@ -6,6 +6,7 @@ use crate::train::point_net::PointNetSpec;
 use anyhow::ensure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// Config of [`Likely`]: a network from a workpiece and its goal to tools, learned from the training episodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -43,7 +44,7 @@ impl ChooserMaker for ClassifierSpec {
         let folder = lesson.root.join("classifier").join(fingerprint(&recipe).to_string());
         write_whole(&folder.join("recipe.json"), &serde_json::to_vec_pretty(&recipe)?)?;
         let classifier = Classifier::fit(&self.network, lesson.data, &folder, lesson.watch)?;
-        Ok(Box::new(Likely { classifier, top: self.top, above: self.above }))
+        Ok(Box::new(Likely { classifier, folder, top: self.top, above: self.above }))
     }
 }
 
@@ -51,6 +52,7 @@ impl ChooserMaker for ClassifierSpec {
 #[derive(Debug)]
 pub struct Likely {
     classifier: Classifier,
+    folder: PathBuf,
     top: usize,
     above: f64,
 }
@@ -69,5 +71,9 @@ impl Chooser for Likely {
         let mut shortlist: Vec<usize> = worth.map(|(_, (tool, _))| *tool).collect();
         shortlist.sort_unstable();
         shortlist
+    }
+
+    fn folder(&self) -> Option<&Path> {
+        Some(&self.folder)
     }
 }

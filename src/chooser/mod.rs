@@ -8,6 +8,7 @@ use crate::train::policy::Policy;
 use anyhow::Context;
 use glam::DVec3;
 use indexmap::IndexMap;
+use std::path::Path;
 use std::sync::Arc;
 
 mod classifier;
@@ -100,6 +101,11 @@ impl Choice {
 pub trait Chooser: Send + Sync {
     /// Places in `task.tools` of those worth planning, ascending.
     fn shortlist(&self, task: &Task<'_>) -> Vec<usize>;
+
+    /// Folder of what it has learned, where it has learned anything.
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
 
     /// Plans every tool of the shortlist and takes the best.
     ///

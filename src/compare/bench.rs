@@ -30,6 +30,8 @@ pub struct Comparison {
     pub attempts: Vec<Attempt>,
     /// Folder of every stage that fitted a model, by model and stage.
     pub stages: Vec<(String, String, PathBuf)>,
+    /// Folder of what the chooser has learned, where it has learned anything.
+    pub chooser: Option<PathBuf>,
 }
 
 impl Comparison {
@@ -122,11 +124,12 @@ pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> any
     let attempts = bench.run(&contenders, &folder.join("attempts"), watch)?;
     let rows: Vec<Row> = attempts.iter().map(|a| a.row.clone()).collect();
     write_whole(&folder.join("rows.jsonl"), to_jsonl(&rows).as_bytes())?;
+    let chooser = bench.chooser.folder().map(Path::to_owned);
     let stages = contenders.into_iter().flat_map(|c| {
         let name = c.name;
         c.stages.into_iter().map(move |(stage, folder)| (name.clone(), stage, folder))
     });
-    Ok(Comparison { folder, predictions, attempts, stages: stages.collect() })
+    Ok(Comparison { folder, predictions, attempts, stages: stages.collect(), chooser })
 }
 
 /// Fingerprint of everything that results depend on, which where they are written is not.
