@@ -48,20 +48,20 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let tools: Vec<String> = load(size, &["chooser=random"])?.spec.dataset.tool.keys().cloned().collect();
     let (mut rows, mut best) = (Vec::new(), (f64::INFINITY, String::new()));
     for tool in &tools {
-        let fixed = format!("chooser={{kind=fixed, tool={tool}}}");
-        let tried = compare(&load(size, &["model=[analytic]", training, &fixed])?, &commit(), watch)?;
+        let fixed = format!("chooser.tool={tool}");
+        let tried = compare(&load(size, &["model=[analytic]", training, "chooser=fixed", &fixed])?, &commit(), watch)?;
         let cost = mean_achieved(&tried);
         rows.push(json!({ "part": "training", "tool": tool, "achieved": cost }));
         if cost < best.0 {
             best = (cost, tool.clone());
         }
     }
-    let fixed = format!("chooser={{kind=fixed, tool={}}}", best.1);
+    let fixed = format!("chooser.tool={}", best.1);
     let quick = if size == Size::Smoke { "+chooser.network={steps: 3, width: 8}" } else { held_out };
     let choosers: [(&str, &[&str]); 4] = [
         ("classifier", &["chooser=classifier", quick]),
         (REFERENCE, &["chooser=exhaustive"]),
-        ("fixed best", &[&fixed]),
+        ("fixed best", &["chooser=fixed", &fixed]),
         ("random", &["chooser=random"]),
     ];
     for (chooser, words) in choosers {
