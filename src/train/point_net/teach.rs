@@ -22,11 +22,13 @@ pub(in crate::train) struct Example<T> {
     pub(in crate::train) target: T,
 }
 
+/// The loss of what the network says of an example, and its derivative by that.
+type Loss<T> = dyn Fn(&[f32], &T) -> (f64, Vec<f32>) + Sync;
+
 /// What is to be learned.
 pub(in crate::train) struct Lesson<'a, T> {
     pub(in crate::train) examples: Vec<Example<T>>,
-    /// The loss of what the network says of an example, and its derivative by that.
-    pub(in crate::train) loss: &'a (dyn Fn(&[f32], &T) -> (f64, Vec<f32>) + Sync),
+    pub(in crate::train) loss: &'a Loss<T>,
     /// Greatest angle about the vertical by which examples are turned at random \[rad\].
     pub(in crate::train) turn: f64,
 }
