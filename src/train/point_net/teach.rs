@@ -23,12 +23,12 @@ pub(in crate::train) struct Example<T> {
 }
 
 /// The loss of what the network says of an example, and its derivative by that.
-type Loss<T> = dyn Fn(&[f32], &T) -> (f64, Vec<f32>) + Sync;
+type Loss<'a, T> = dyn Fn(&[f32], &T) -> (f64, Vec<f32>) + Sync + 'a;
 
 /// What is to be learned.
 pub(in crate::train) struct Lesson<'a, T> {
     pub(in crate::train) examples: Vec<Example<T>>,
-    pub(in crate::train) loss: &'a Loss<T>,
+    pub(in crate::train) loss: &'a Loss<'a, T>,
     /// Greatest angle about the vertical by which examples are turned at random \[rad\].
     pub(in crate::train) turn: f64,
 }
