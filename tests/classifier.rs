@@ -4,7 +4,7 @@ mod drag;
 use drag::*;
 use glam::DVec3;
 use indexmap::IndexMap;
-use pliant::chooser::{Chooser, ChooserMaker, ChooserSpec, Exhaustive, Lesson, Task};
+use pliant::chooser::{Chooser, ChooserSpec, Exhaustive, Lesson, Task};
 use pliant::config::fingerprint;
 use pliant::data::Episode;
 use pliant::problem::Budget;
@@ -79,7 +79,7 @@ fn made(text: &str, root: &Path) -> anyhow::Result<Box<dyn Chooser>> {
 
 /// What a chooser would plan for seed and action, from a lump to what tool number `tool` makes of it.
 fn shortlist(chooser: &dyn Chooser, tool: usize, seed: u64, action: u64) -> Vec<usize> {
-    let (current, goal_points) = (lump(500), after(tool, 500));
+    let (current, goal_points, cem) = (lump(500), after(tool, 500), planner("cem"));
     let task = Task {
         model: &Drag,
         tools: &tools(),
@@ -90,7 +90,7 @@ fn shortlist(chooser: &dyn Chooser, tool: usize, seed: u64, action: u64) -> Vec<
         goal: &goal_points,
         policies: &IndexMap::new(),
         steps: 6,
-        planner: planner("cem").as_ref(),
+        planner: cem.as_ref(),
         budget: Budget { rollouts: 1, ..BUDGET },
         clock: &|| 0.0,
         seed,
