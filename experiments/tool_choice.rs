@@ -60,8 +60,7 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let quick = if size == Size::Smoke { "+chooser.network={steps: 3, width: 8}" } else { held_out };
     let choosers: [(&str, &[&str]); 4] = [
         ("classifier", &["chooser=classifier", quick]),
-        // Fifteen searches through the simulator cost more than all the rest.
-        (REFERENCE, &["chooser=exhaustive", "model=[still,analytic]"]),
+        (REFERENCE, &["chooser=exhaustive"]),
         ("fixed best", &["chooser=fixed", &fixed]),
         ("random", &["chooser=random"]),
     ];
