@@ -204,7 +204,7 @@ fn a_fit_that_was_stopped_goes_on_to_the_same_weights_and_a_finished_one_is_read
     let folder = tempfile::tempdir().unwrap();
     let watch = Watch::silent();
     let stopping = Counted::new(Some((watch.clone(), 8)));
-    let sentence = fit(&spec(), &stopping, folder.path(), &watch).err().expect("it was stopped").to_string();
+    let sentence = fit(&spec(), &stopping, folder.path(), &watch).expect_err("it was stopped").to_string();
     assert!(sentence.contains("after step 1 of 40"), "{sentence}");
     let going_on = Counted::new(None);
     fit(&spec(), &going_on, folder.path(), &Watch::silent()).unwrap().unwrap();
