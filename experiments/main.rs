@@ -34,6 +34,7 @@ mod noise;
 mod peer;
 mod physics;
 mod planning_speed;
+mod policy;
 mod quickstart;
 mod radius;
 mod random_graph;
@@ -44,6 +45,7 @@ mod scaling;
 mod slopes;
 mod speed;
 mod stack;
+mod tool_choice;
 mod transfer;
 mod world;
 
@@ -80,6 +82,8 @@ const EXPERIMENTS: &[Experiment] = &[
     distil::CLAIM,
     physics::CLAIM,
     gradient_quality::CLAIM,
+    policy::CLAIM,
+    tool_choice::CLAIM,
     mpm_speed::CLAIM,
 ];
 

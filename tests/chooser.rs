@@ -3,7 +3,7 @@ mod drag;
 
 use drag::*;
 use indexmap::IndexMap;
-use pliant::chooser::{Choice, ChooserSpec, ExhaustiveSpec, Task};
+use pliant::chooser::{Choice, Chooser, Exhaustive, Task};
 use pliant::model::{Cost, Dynamics, Gradient, WorldModel};
 use pliant::planner::Planner;
 use pliant::problem::Budget;
@@ -28,6 +28,9 @@ fn choose(
         scene: &scene,
         piece: piece(),
         cost: &cost("chamfer", goal(0.03, &[0.01, -0.01, 1.0])),
+        current: &scene(slide(0.03).shape(), &[]).particles.positions,
+        goal: &goal(0.03, &[0.01, -0.01, 1.0]),
+        policies: &IndexMap::new(),
         steps: 6,
         planner,
         budget,
@@ -36,7 +39,7 @@ fn choose(
         action,
         lookahead: 1,
     };
-    ChooserSpec::Exhaustive(ExhaustiveSpec {}).build().unwrap().choose(&task)
+    Exhaustive.choose(&task)
 }
 
 const LENGTHS: [(&str, f64); 3] = [("short", 0.005), ("right", 0.03), ("long", 0.12)];

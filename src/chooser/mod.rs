@@ -4,16 +4,27 @@ use crate::planner::{Objective, Plan, Planner};
 use crate::problem::{Budget, Clock, Metered, Problem, Sequence, Spent, Stroke};
 use crate::state::{Pose, Scene, ToolShape, stream};
 use crate::tool::{Motion, Tool, Workpiece};
+use crate::train::policy::Policy;
 use anyhow::{Context, ensure};
+use glam::DVec3;
 use indexmap::IndexMap;
+use std::path::Path;
 use std::sync::Arc;
 
+mod classifier;
 mod exhaustive;
+mod fixed;
+mod lesson;
 mod ordered;
+mod random;
 mod repeated;
 
+pub use classifier::{ClassifierSpec, Likely};
 pub use exhaustive::{Exhaustive, ExhaustiveSpec};
+pub use fixed::{Fixed, FixedSpec};
+pub use lesson::{ChooserMaker, Lesson};
 pub use ordered::{Ordered, OrderedSpec};
+pub use random::{Random, RandomSpec};
 pub use repeated::{Repeated, RepeatedSpec};
 
 /// First word of every stream that planning draws from.
@@ -31,6 +42,12 @@ pub struct Task<'a> {
     pub piece: Workpiece,
     /// What is minimised.
     pub cost: &'a dyn Cost,
+    /// Points of the material \[m\].
+    pub current: &'a [DVec3],
+    /// Points of the goal, for those who have learned to look at it \[m\].
+    pub goal: &'a [DVec3],
+    /// What has learned to propose actions of a tool, by the tool's name.
+    pub policies: &'a IndexMap<String, Policy>,
     /// Control steps of one action.
     pub steps: usize,
     /// What searches each tool's actions.
@@ -77,6 +94,8 @@ pub struct Next {
 pub struct Choice {
     /// Every tool that was planned, in the order of the task's tools.
     pub alternatives: Vec<Alternative>,
+    /// Time that choosing what to plan took \[s\].
+    pub shortlisting: f64,
     /// Which of them has the least predicted cost, ties going to the first; `None` when none has a plan.
     pub chosen: Option<usize>,
 }
@@ -93,9 +112,10 @@ impl Choice {
         self.chosen.map_or(&[], |chosen| &self.alternatives[chosen].then)
     }
 
-    /// What all searches cost together.
+    /// What the shortlist and all searches cost together.
     pub fn spent(&self) -> Spent {
-        self.alternatives.iter().fold(Spent::default(), |mut sum, a| {
+        let shortlisted = Spent { seconds: self.shortlisting, ..Spent::default() };
+        self.alternatives.iter().fold(shortlisted, |mut sum, a| {
             sum += a.spent;
             sum
         })
@@ -106,6 +126,11 @@ impl Choice {
 pub trait Chooser: Send + Sync {
     /// Places in `task.tools` of those worth planning, ascending.
     fn shortlist(&self, task: &Task<'_>) -> Vec<usize>;
+
+    /// Folder of what it has learned, where it has learned anything.
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
 
     /// Sequences of as many tools as the task looks ahead, by their places: every one of the shortlist's.
     ///
@@ -133,21 +158,26 @@ pub trait Chooser: Send + Sync {
     /// # Errors
     /// When a tool's problem cannot be posed, naming the tool, and as [`Chooser::sequences`].
     fn choose(&self, task: &Task<'_>) -> anyhow::Result<Choice> {
-        let alternatives =
-            self.sequences(task)?.iter().map(|places| task.plan(places)).collect::<anyhow::Result<Vec<_>>>()?;
+        let began = (task.clock)();
+        let sequences = self.sequences(task)?;
+        let shortlisting = (task.clock)() - began;
+        let alternatives = sequences.iter().map(|places| task.plan(places)).collect::<anyhow::Result<Vec<_>>>()?;
         let cost = |i: usize| alternatives[i].found.as_ref().map(|(plan, _)| plan.cost);
         let planned = (0..alternatives.len()).filter_map(|i| Some((i, cost(i)?)));
         let chosen = planned.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i);
-        Ok(Choice { alternatives, chosen })
+        Ok(Choice { alternatives, shortlisting, chosen })
     }
 }
 
 family! {
     /// Every chooser that a config can name.
-    ChooserSpec builds Box<dyn Chooser> {
+    ChooserSpec builds Box<dyn ChooserMaker> {
         Exhaustive(ExhaustiveSpec),
         Repeated(RepeatedSpec),
         Ordered(OrderedSpec),
+        Classifier(ClassifierSpec),
+        Random(RandomSpec),
+        Fixed(FixedSpec),
     }
 }
 
@@ -175,6 +205,10 @@ impl Task<'_> {
         if chosen.len() == 1 {
             let problem = Problem::new(self.model, tool.as_ref(), scene, self.piece, self.cost, self.steps);
             let problem = problem.with_context(sentence)?;
+            let problem = match self.policies.get(*name) {
+                Some(policy) => problem.advised(policy, self.goal),
+                None => problem,
+            };
             let (plan, spent) = search(&problem);
             let found = plan.map(|plan| {
                 let motion = problem.motion(&plan.theta);

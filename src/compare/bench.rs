@@ -1,12 +1,13 @@
 //! The bench that every contender stands on: one dataset, one set of starts and goals, one budget.
 use super::attempt::{Attempt, Entry, attempt};
 use super::disturbance::{Disturbance, DisturbanceSpec};
+use super::policies::policies;
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
-use crate::chooser::Chooser;
+use crate::chooser::{Chooser, Lesson};
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
 use crate::data::{HELD_OUT, simulate};
 use crate::perception::Perception;
-use crate::planner::Planner;
+use crate::planner::{Planner, PlannerSpec};
 use crate::problem::Clock;
 use crate::state::Constants;
 use crate::tool::{Tool, ToolSpec};
@@ -30,6 +31,8 @@ pub struct Comparison {
     pub attempts: Vec<Attempt>,
     /// Folder of every stage that fitted a model, by model and stage.
     pub stages: Vec<(String, String, PathBuf)>,
+    /// Folder of what the chooser has learned, where it has learned anything.
+    pub chooser: Option<PathBuf>,
 }
 
 impl Comparison {
@@ -43,6 +46,7 @@ impl Comparison {
 pub(super) struct Bench<'a> {
     pub(super) spec: &'a CompareSpec,
     pub(super) tools: IndexMap<String, Box<dyn Tool>>,
+    pub(super) planners: IndexMap<String, Box<dyn Planner>>,
     /// What models may be told of the scene that is planned in.
     pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
@@ -58,18 +62,30 @@ pub(super) struct Bench<'a> {
 /// # Errors
 /// An impossible spec, a damaged artifact, a failing fit, or a stop that was asked for; what was made stays and is reused.
 pub fn fit(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<(Vec<Contender>, Vec<Prediction>)> {
+    let Fitted { contenders, predictions, .. } = fitted(&spec.rooted(), watch)?;
+    Ok((contenders, predictions))
+}
+
+/// The contenders, and what they were fitted to.
+pub(super) struct Fitted {
+    data: Split,
+    dataset: Fingerprint,
+    pub(super) contenders: Vec<Contender>,
+    predictions: Vec<Prediction>,
+}
+
+pub(super) fn fitted(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<Fitted> {
     spec.check()?;
-    let spec = &spec.rooted();
     let artifacts = Artifacts::below(&spec.artifacts);
     let (folder, mark) = artifacts.folder("dataset", &spec.dataset);
     let dataset = simulate(&spec.dataset, &folder, watch)?;
     let mut data = Split::of(&dataset, HELD_OUT);
     data.train.truncate(spec.learn_from.unwrap_or(usize::MAX));
-    let mark = fingerprint(&(mark, spec.learn_from));
-    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &mark, &artifacts, watch));
+    let dataset = fingerprint(&(mark, spec.learn_from));
+    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &dataset, &artifacts, watch));
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
     let predictions = contenders.iter().filter_map(Prediction::of).collect();
-    Ok((contenders, predictions))
+    Ok(Fitted { data, dataset, contenders, predictions })
 }
 
 /// Fits the one contender of `spec` that is called `name`, as [`fit`] does.
@@ -92,24 +108,26 @@ pub fn fit_named(name: &str, spec: &CompareSpec, watch: &Watch) -> anyhow::Resul
 /// As [`fit`]; also a goal or start that cannot be made.
 pub fn compare(loaded: &Loaded<CompareSpec>, commit: &str, watch: &Watch) -> anyhow::Result<Comparison> {
     let spec = &loaded.spec.planned();
-    let (contenders, predictions) = fit(&loaded.spec, watch)?;
+    let fitted = fitted(&loaded.spec.rooted(), watch)?;
     let mark = identity(&loaded.spec);
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("compare").join(mark.to_string()));
     write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
-    let lines = predictions.iter().map(|p| serde_json::to_string(p).expect("plain data") + "\n");
+    let lines = fitted.predictions.iter().map(|p| serde_json::to_string(p).expect("plain data") + "\n");
     write_whole(&folder.join("predictions.jsonl"), lines.collect::<String>().as_bytes())?;
 
     let began = Instant::now();
     let clock = move || began.elapsed().as_secs_f64();
-    let bench = Bench::new(spec, &clock, commit, mark.to_string())?;
+    let (bench, Fitted { contenders, predictions, .. }) =
+        Bench::new(spec, &clock, commit, mark.to_string(), fitted, watch)?;
     let attempts = bench.run(&contenders, &folder.join("attempts"), watch)?;
     let rows: Vec<Row> = attempts.iter().map(|a| a.row.clone()).collect();
     write_whole(&folder.join("rows.jsonl"), to_jsonl(&rows).as_bytes())?;
+    let chooser = bench.chooser.folder().map(Path::to_owned);
     let stages = contenders.into_iter().flat_map(|c| {
         let name = c.name;
         c.stages.into_iter().map(move |(stage, folder)| (name.clone(), stage, folder))
     });
-    Ok(Comparison { folder, predictions, attempts, stages: stages.collect() })
+    Ok(Comparison { folder, predictions, attempts, stages: stages.collect(), chooser })
 }
 
 /// Fingerprint of everything that results depend on, which where they are written is not.
@@ -118,33 +136,46 @@ pub(super) fn identity(spec: &CompareSpec) -> Fingerprint {
 }
 
 impl<'a> Bench<'a> {
+    /// The bench, and the contenders with the policies that its planners ask for.
     pub(super) fn new(
         spec: &'a CompareSpec,
         clock: Clock<'a>,
         commit: &'a str,
         fingerprint: String,
-    ) -> anyhow::Result<Self> {
+        mut fitted: Fitted,
+        watch: &Watch,
+    ) -> anyhow::Result<(Self, Fitted)> {
+        let (data, dataset) = (&fitted.data, &fitted.dataset);
         let build = |(name, tool): (&String, &ToolSpec)| {
             Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
         };
-        Ok(Self {
+        let search = |(name, planner): (&String, &PlannerSpec)| Ok((name.clone(), planner.clone().build()?));
+        let tools = spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?;
+        let lesson = Lesson { data, dataset, tools: &tools, root: &spec.artifacts, watch };
+        let chooser = spec.chooser.clone().build()?.make(&lesson).context("the chooser cannot be made")?;
+        let bench = Self {
             spec,
-            tools: spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?,
+            tools,
+            planners: spec.planner.iter().map(search).collect::<anyhow::Result<_>>()?,
             constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
-            chooser: spec.chooser.clone().build()?,
+            chooser,
             disturbance: spec.disturbance.clone().map(DisturbanceSpec::build).transpose()?,
             clock,
             commit,
             fingerprint,
-        })
+        };
+        if bench.planners.values().any(|planner| planner.wants_proposals()) {
+            for contender in &mut fitted.contenders {
+                contender.policies = policies(contender, spec, &bench.tools, (data, dataset), watch)?;
+            }
+        }
+        Ok((bench, fitted))
     }
 
     fn run(&self, contenders: &[Contender], folder: &Path, watch: &Watch) -> anyhow::Result<Vec<Attempt>> {
         let spec = self.spec;
-        let planners: Vec<(&String, Box<dyn Planner>)> =
-            spec.planner.iter().map(|(name, p)| Ok((name, p.clone().build()?))).collect::<anyhow::Result<_>>()?;
-        let total = spec.goal.len() * spec.seeds.len() * planners.len() * contenders.len();
+        let total = spec.goal.len() * spec.seeds.len() * self.planners.len() * contenders.len();
         let bar = watch.stage("plan and execute", total as u64);
         let mut attempts = Vec::with_capacity(total);
         for (goal_name, goal) in &spec.goal {
@@ -153,7 +184,7 @@ impl<'a> Bench<'a> {
                 let start = self.start(seed)?;
                 let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
                 let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
-                let pairs = planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
+                let pairs = self.planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
                 let entries = pairs.map(|((planner_name, planner), contender)| Entry {
                     contender,
                     planner: (planner_name, planner.as_ref()),

@@ -2,6 +2,7 @@
 use super::Artifacts;
 use crate::config::{Fingerprint, hold, write_whole};
 use crate::model::{ModelSpec, WorldModel};
+use crate::train::policy::Policy;
 use crate::train::{Evaluation, FitSpec, Split, evaluate};
 use crate::watch::Watch;
 use anyhow::Context;
@@ -31,6 +32,8 @@ pub struct Contender {
     pub held_out: Option<Evaluation>,
     /// Folder of each stage that fitted it, by stage name.
     pub stages: IndexMap<String, PathBuf>,
+    /// What has learned from its rollouts to propose actions, by tool; none unless a planner asks for it.
+    pub policies: IndexMap<String, Policy>,
 }
 
 impl ContenderSpec {
@@ -73,7 +76,7 @@ impl ContenderSpec {
             ),
             false => None,
         };
-        Ok(Contender { name: name.to_owned(), model, held_out, stages })
+        Ok(Contender { name: name.to_owned(), model, held_out, stages, policies: IndexMap::new() })
     }
 }
 

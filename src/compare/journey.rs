@@ -1,8 +1,8 @@
 //! One model at work on one goal, action by action, with everything kept that one may want to look at.
 use super::attempt::Entry;
-use super::bench::{Bench, identity};
+use super::bench::{Bench, fitted, identity};
 use super::run::Run;
-use super::{CompareSpec, Contender, Source, fit};
+use super::{CompareSpec, Contender, Source};
 use crate::config::{Loaded, write_whole};
 use crate::data::{DatasetSpec, Episode, store};
 use crate::watch::Watch;
@@ -66,15 +66,15 @@ pub fn plan(
     spec.planner.truncate(1);
     spec.goal.truncate(1);
     spec.seeds.truncate(1);
-    let (contenders, _) = fit(&spec, watch)?;
+    let fitted = fitted(&spec.rooted(), watch)?;
     let mark = identity(&spec);
     let spec = spec.planned();
     let folder = spec.out.clone().unwrap_or_else(|| spec.artifacts.join("plan").join(mark.to_string()));
     write_whole(&folder.join("config.toml"), loaded.resolved.to_toml().as_bytes())?;
     let began = Instant::now();
     let clock = move || began.elapsed().as_secs_f64();
-    let bench = Bench::new(&spec, &clock, "", mark.to_string())?;
-    let mut journey = travel(&bench, &contenders[0], &folder, watch, tell)?;
+    let (bench, fitted) = Bench::new(&spec, &clock, "", mark.to_string(), fitted, watch)?;
+    let mut journey = travel(&bench, &fitted.contenders[0], &folder, watch, tell)?;
     journey.folder = folder;
     Ok(journey)
 }
@@ -89,9 +89,8 @@ fn travel(
     let spec = bench.spec;
     let nothing = "nothing was checked to be there";
     let (goal_name, goal) = spec.goal.first().context(nothing)?;
-    let (planner_name, planner) = spec.planner.first().context(nothing)?;
+    let (planner_name, planner) = bench.planners.first().context(nothing)?;
     let seed = *spec.seeds.first().context(nothing)?;
-    let planner = planner.clone().build()?;
     let start = bench.start(seed)?;
     let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
     let goal = goal.clone().build()?.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;

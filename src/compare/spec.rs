@@ -8,6 +8,7 @@ use crate::perception::{Observation, PerceptionSpec};
 use crate::planner::PlannerSpec;
 use crate::problem::Budget;
 use crate::shape::{Shape, read_points};
+use crate::train::policy::PolicySpec;
 use crate::world::{SceneSpec, World};
 use indexmap::IndexMap;
 use schemars::JsonSchema;
@@ -52,6 +53,9 @@ pub struct CompareSpec {
     pub cost: CostSpec,
     /// How the tool is chosen.
     pub chooser: ChooserSpec,
+    /// How policies are learned, where a planner asks for their proposals.
+    #[serde(default, skip_serializing_if = "PolicySpec::is_default")]
+    pub policy: PolicySpec,
     /// What each search may spend; one search a tool and action.
     pub budget: Budget,
     /// Whether the world is observed between actions.

@@ -80,11 +80,18 @@ pub struct Gaussian {
     deviation: Vec<f64>,
 }
 
+impl Cem {
+    /// The first round's Gaussian around `mean` \[fractions of the box\].
+    pub(super) fn around(&self, mean: Vec<f64>) -> Gaussian {
+        Gaussian { deviation: vec![self.spec.spread; mean.len()], mean }
+    }
+}
+
 impl Sampler for Cem {
     type Params = Gaussian;
 
     fn init(&self, dimension: usize) -> Gaussian {
-        Gaussian { mean: vec![0.5; dimension], deviation: vec![self.spec.spread; dimension] }
+        self.around(vec![0.5; dimension])
     }
 
     fn sample(&self, gaussian: &Gaussian, round: usize, rng: &mut ChaCha8Rng) -> Vec<Vec<f64>> {

@@ -2,6 +2,7 @@
 use crate::state::ActionSpace;
 use rand_chacha::ChaCha8Rng;
 
+mod around;
 mod best;
 mod cem;
 mod covariance;
@@ -10,12 +11,14 @@ mod descent;
 mod grid;
 mod lbfgs;
 mod mppi;
+mod policy;
 mod random;
 mod refine;
 mod sampler;
 mod starts;
 mod temperature;
 
+pub use around::{Around, AroundSpec};
 pub use cem::{Cem, CemSpec};
 pub use covariance::{Covariance, FloorSpec};
 pub use covo::{Covo, CovoSpec};
@@ -23,6 +26,7 @@ pub use descent::{Descent, DescentSpec};
 pub use grid::{Grid, GridSpec};
 pub use lbfgs::{Lbfgs, LbfgsSpec};
 pub use mppi::{Mppi, MppiSpec};
+pub use policy::{Policy, PolicySpec};
 pub use random::{Random, RandomSpec};
 pub use refine::{Refine, RefineSpec};
 pub use sampler::Sampler;
@@ -47,6 +51,11 @@ pub trait Objective: Sync {
         1
     }
 
+    /// At most `most` plans that something learned thinks good, the best first; none where nothing has learned any.
+    fn proposals(&self, _most: usize) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Whether no further plan will be costed, so that the planner must return the best it has.
     fn exhausted(&self) -> bool {
         false
@@ -66,6 +75,11 @@ pub struct Plan {
 pub trait Planner: Send + Sync {
     /// The best plan found, or `None` when the objective lacks what this planner needs or no plan has a finite cost.
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan>;
+
+    /// Whether it asks for [`Objective::proposals`], which somebody then has to have learned.
+    fn wants_proposals(&self) -> bool {
+        false
+    }
 }
 
 family! {
@@ -79,6 +93,8 @@ family! {
         Descent(DescentSpec),
         Lbfgs(LbfgsSpec),
         Refine(RefineSpec),
+        Policy(PolicySpec),
+        Around(AroundSpec),
     }
 }
 

@@ -39,4 +39,8 @@ impl Planner for Refine {
         }
         best.into_plan()
     }
+
+    fn wants_proposals(&self) -> bool {
+        self.search.wants_proposals()
+    }
 }

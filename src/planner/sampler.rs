@@ -19,15 +19,26 @@ pub trait Sampler: Send + Sync {
 
 impl<S: Sampler> Planner for S {
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
-        let mut params = self.init(objective.space().dimension());
-        let (mut best, mut least) = (Best::default(), Vec::new());
-        while !self.done(&least) && !objective.exhausted() {
-            let mut samples = self.sample(&params, least.len(), rng);
-            let costs = best.shoot(objective, &mut samples);
-            least.push(best.cost());
-            params = self.update(params, &samples, &costs);
-        }
+        let mut best = Best::default();
+        search(self, self.init(objective.space().dimension()), objective, &mut best, rng);
         best.into_plan()
+    }
+}
+
+/// Draws from `params` on until the sampler is done or the budget is gone.
+pub(super) fn search<S: Sampler>(
+    sampler: &S,
+    mut params: S::Params,
+    objective: &dyn Objective,
+    best: &mut Best,
+    rng: &mut ChaCha8Rng,
+) {
+    let mut least = Vec::new();
+    while !sampler.done(&least) && !objective.exhausted() {
+        let mut samples = sampler.sample(&params, least.len(), rng);
+        let costs = best.shoot(objective, &mut samples);
+        least.push(best.cost());
+        params = sampler.update(params, &samples, &costs);
     }
 }
 

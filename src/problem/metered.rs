@@ -142,6 +142,10 @@ impl Objective for Metered<'_> {
         self.inner.price()
     }
 
+    fn proposals(&self, most: usize) -> Vec<Vec<f64>> {
+        self.inner.proposals(most)
+    }
+
     fn exhausted(&self) -> bool {
         self.left(&self.tally()) < self.inner.price()
     }

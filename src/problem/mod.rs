@@ -3,7 +3,9 @@ use crate::model::{Cost, WorldModel};
 use crate::planner::Objective;
 use crate::state::{ActionSpace, Particles, Scene};
 use crate::tool::{Motion, Tool, Workpiece};
+use crate::train::policy::Policy;
 use anyhow::{Context, ensure};
+use glam::DVec3;
 use rayon::prelude::*;
 
 mod metered;
@@ -24,6 +26,7 @@ pub struct Problem<'a> {
     space: ActionSpace,
     cost: &'a dyn Cost,
     steps: usize,
+    learned: Option<(&'a Policy, &'a [DVec3])>,
 }
 
 impl<'a> Problem<'a> {
@@ -45,7 +48,12 @@ impl<'a> Problem<'a> {
         let space = tool.space(&piece);
         room(&space, &piece)?;
         model.accepts(&scene).context("the model cannot start from this scene")?;
-        Ok(Self { model, tool, scene, piece, space, cost, steps })
+        Ok(Self { model, tool, scene, piece, space, cost, steps, learned: None })
+    }
+
+    /// The same problem with proposals of a policy of its model and tool, which is shown the points of the goal \[m\].
+    pub fn advised(self, policy: &'a Policy, goal: &'a [DVec3]) -> Self {
+        Self { learned: Some((policy, goal)), ..self }
     }
 
     /// The path of `theta`: what the model is asked about, and what the world must execute.
@@ -96,5 +104,12 @@ impl Objective for Problem<'_> {
 
     fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
         plans.par_iter().map(|plan| self.gradient(plan)).collect()
+    }
+
+    fn proposals(&self, most: usize) -> Vec<Vec<f64>> {
+        let propose = |(policy, goal): (&Policy, &[DVec3])| {
+            policy.propose(&self.scene.particles.positions, goal, &self.space, most)
+        };
+        self.learned.map(propose).unwrap_or_default()
     }
 }

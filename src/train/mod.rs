@@ -4,6 +4,7 @@
 //! results can be compared; [`evaluate`] then scores any model on episodes that neither has seen.
 mod adam;
 mod checkpoint;
+pub mod classifier;
 mod constants;
 pub mod distil;
 mod evaluate;
@@ -15,6 +16,8 @@ mod identify;
 mod identify_spec;
 mod journal;
 mod matched;
+pub mod point_net;
+pub mod policy;
 mod schedule;
 pub mod search;
 mod sparsity;

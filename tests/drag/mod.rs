@@ -1,4 +1,5 @@
 //! A smooth model whose derivatives are known, tools for it, and goals that they can reach.
+#![allow(dead_code, reason = "each test file uses its own part")]
 use glam::{DQuat, DVec3};
 use pliant::metric::{CostSpec, GoalCost};
 use pliant::model::{Adjoint, Dynamics, WorldModel};

@@ -63,8 +63,10 @@ pub(crate) fn run(spec: &PlannerSpec, objective: &dyn Objective, seed: u64) -> O
     spec.clone().build().unwrap().plan(objective, &mut stream(seed, &[1]))
 }
 
-/// Every planner of `configs/planner`, and those among them that need a gradient.
+/// Every planner of `configs/planner` that needs nothing learned, those among them that need a gradient, and those that need
+/// proposals.
 pub(crate) const ALL: [&str; 8] = ["random", "grid", "cem", "mppi", "covo", "descent", "lbfgs", "refine"];
+pub(crate) const BY_PROPOSAL: [&str; 2] = ["policy", "policy_refine"];
 pub(crate) const BY_GRADIENT: [&str; 3] = ["descent", "lbfgs", "refine"];
 
 pub(crate) const LONG_LBFGS: &str = "steps = 400";

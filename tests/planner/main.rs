@@ -1,4 +1,5 @@
 //! Planners on functions whose minimum is known.
 mod curvature;
 mod field;
+mod proposals;
 mod search;

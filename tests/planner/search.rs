@@ -9,7 +9,7 @@ fn every_planner_of_the_configs_is_tested_here() {
     let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/planner")).unwrap();
     let mut stems: Vec<_> =
         files.map(|f| f.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned()).collect();
-    let mut all = ALL.map(String::from);
+    let mut all: Vec<String> = ALL.into_iter().chain(BY_PROPOSAL).map(String::from).collect();
     stems.sort();
     all.sort();
     assert_eq!(stems, all);
@@ -164,6 +164,7 @@ fn impossible_configs_are_sentences_that_name_the_key() {
         ("covo", "reach = 0.5", "reach"),
         ("covo", "floor = { kind = 'relative', share = 0.0 }", "floor.share"),
         ("lbfgs", "memory = 0", "memory"),
+        ("policy", "proposals = 0", "proposals"),
     ];
     for (stem, overrides, key) in cases {
         let error = named(stem, overrides).build().err().unwrap_or_else(|| panic!("{overrides} was accepted"));

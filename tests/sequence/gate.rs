@@ -1,11 +1,14 @@
 //! Behind a gate: the way to the goal leads away from it first.
 use glam::DVec3;
 use indexmap::IndexMap;
-use pliant::chooser::{Choice, Chooser, ChooserSpec, ExhaustiveSpec, OrderedSpec, RepeatedSpec, Task};
+use pliant::chooser::{Choice, Chooser, ChooserSpec, ExhaustiveSpec, Lesson, OrderedSpec, RepeatedSpec, Task};
+use pliant::config::fingerprint;
 use pliant::model::Dynamics;
 use pliant::problem::Budget;
 use pliant::state::*;
 use pliant::tool::{Motion, Tool, Workpiece};
+use pliant::train::Split;
+use pliant::watch::Watch;
 use std::sync::Arc;
 
 /// The particle goes where the tool carries it, but through the plane x = 5 mm only above y = 3 cm.
@@ -70,6 +73,9 @@ fn choose(
         scene: &|shape, poses| Scene::open(particles.clone(), shape.clone(), poses.to_vec(), 0.1),
         piece: Workpiece::around(&particles),
         cost: &super::cost("chamfer", vec![DVec3::new(0.04, 0.0, 0.0)]),
+        current: &[],
+        goal: &[],
+        policies: &IndexMap::new(),
         steps: 6,
         planner: super::planner("cem").as_ref(),
         budget: Budget { rollouts: 800, ..super::BUDGET },
@@ -80,8 +86,12 @@ fn choose(
     })
 }
 
+/// None of these has anything to learn.
 fn kind(spec: ChooserSpec) -> Box<dyn Chooser> {
-    spec.build().unwrap()
+    let data = Split { train: Vec::new(), held_out: Vec::new(), tools: Default::default() };
+    let (dataset, tools, watch) = (fingerprint(&0), tools(1), Watch::silent());
+    let lesson = Lesson { data: &data, dataset: &dataset, tools: &tools, root: "".as_ref(), watch: &watch };
+    spec.build().unwrap().make(&lesson).unwrap()
 }
 
 fn exhaustive() -> Box<dyn Chooser> {

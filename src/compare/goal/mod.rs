@@ -3,8 +3,8 @@ use crate::data::DatasetSpec;
 use crate::metric::{METRICS, Matching, sampling_floor};
 use crate::perception::{Observation, Perception, PerceptionSpec};
 use crate::shape::{Shape, ShapeSpec, read_points};
-use crate::state::stream;
-use crate::tool::Workpiece;
+use crate::state::{ActionSpace, stream};
+use crate::tool::{Tool, Workpiece};
 use crate::world::World;
 use anyhow::Context;
 use glam::DVec3;
@@ -15,9 +15,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
+mod drawn;
 mod recipe;
 mod word;
 
+pub use drawn::DrawnSpec;
 pub use recipe::{ActionSpec, RecipeSpec};
 pub use word::WordSpec;
 
@@ -58,6 +60,7 @@ family! {
     /// Every kind of goal that a config can name.
     GoalSpec builds Box<dyn GoalMaker> {
         Simulated(SimulatedSpec),
+        Drawn(DrawnSpec),
         Shape(ShapeGoalSpec),
         Word(WordSpec),
         Recipe(RecipeSpec),
@@ -96,9 +99,12 @@ pub struct CloudSpec {
 
 struct Simulated(SimulatedSpec);
 
+fn inside([low, high]: &[f64; 2]) -> bool {
+    0.0 <= *low && low <= high && *high <= 1.0
+}
+
 impl SimulatedSpec {
     fn build(self) -> anyhow::Result<Simulated> {
-        let inside = |[low, high]: &[f64; 2]| 0.0 <= *low && low <= high && *high <= 1.0;
         anyhow::ensure!(
             self.action.iter().all(inside),
             "goal.action must hold pairs [low, high] with 0 ≤ low ≤ high ≤ 1"
@@ -130,18 +136,29 @@ fn hidden(
         let names = known.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         format!("goal.tool is \"{name}\", which planners do not have; choose from {names}")
     })?;
-    let tool = tool.clone().build()?;
+    execute(tool.clone().build()?.as_ref(), source.dataset.steps, world, |space| {
+        anyhow::ensure!(
+            action.len() == space.dimension(),
+            "goal.action has {} pairs, but {name} takes {}: {}",
+            action.len(),
+            space.dimension(),
+            space.names.join(", ")
+        );
+        Ok(action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect())
+    })
+}
+
+/// Executes the action of `tool` that lies at the fractions of its box that `draw` gives.
+fn execute(
+    tool: &dyn Tool,
+    steps: usize,
+    world: &mut World,
+    draw: impl FnOnce(&ActionSpace) -> anyhow::Result<Vec<f64>>,
+) -> anyhow::Result<()> {
     let piece = Workpiece::around(&world.particles());
     let space = tool.space(&piece);
-    anyhow::ensure!(
-        action.len() == space.dimension(),
-        "goal.action has {} pairs, but {name} takes {}: {}",
-        action.len(),
-        space.dimension(),
-        space.names.join(", ")
-    );
-    let unit: Vec<f64> = action.iter().map(|[low, high]| low + (high - low) * rng.random::<f64>()).collect();
-    world.execute(tool.shape(), &tool.motion(&space.at(&unit), &piece, source.dataset.steps));
+    let unit = draw(&space)?;
+    world.execute(tool.shape(), &tool.motion(&space.at(&unit), &piece, steps));
     Ok(())
 }
 
@@ -227,6 +244,21 @@ mod tests {
         let goal = goal.unwrap();
         assert_eq!(end.positions, goal.points);
         assert_ne!(before, goal.points);
+    }
+
+    #[test]
+    fn a_drawn_goal_is_the_seeds_and_its_numbers_alone() {
+        let (spec, start, _) = goal("seeds=[3]");
+        let made = |number: u64, seed: u64| {
+            let source = Source { start: &start, dataset: &spec.dataset, root: "".as_ref(), seed };
+            let maker = GoalSpec::Drawn(DrawnSpec { number, action: [0.3, 0.7] }).build().unwrap();
+            maker.make(&source).unwrap().points
+        };
+        assert_eq!(made(0, 3), made(0, 3));
+        assert_ne!(made(0, 3), made(1, 3), "every number has an action of its own");
+        assert_ne!(made(0, 3), made(0, 4), "every seed has an action of its own");
+        assert_ne!(made(0, 3), start.particles().positions);
+        assert!(GoalSpec::Drawn(DrawnSpec { number: 0, action: [0.7, 0.3] }).build().is_err());
     }
 
     #[test]

@@ -2,8 +2,9 @@
 use super::dense::{Finish, dense};
 use super::layers::{Layers, Trainable};
 use super::mixing::{Mixing, mix};
-use super::parameters::{ACTIVE_GAIN, Parameters, Perceptron, Slots};
+use super::parameters::{Parameters, Perceptron, Slots};
 use super::record::{Matrix, Record};
+use super::three_layers::ThreeLayers;
 use dfdx::prelude::{Cpu, HasShape, Tape};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -33,9 +34,6 @@ pub struct PictureSize {
     pub(crate) told: usize,
 }
 
-/// Places of three layers' weights and biases.
-type Three = [(usize, usize); 3];
-
 /// Weights of the four networks.
 #[derive(Clone, Debug)]
 pub struct LatentNet {
@@ -44,8 +42,8 @@ pub struct LatentNet {
     point: Option<Perceptron>,
     cloud: Perceptron,
     sample: Perceptron,
-    next: Three,
-    decoder: Three,
+    next: ThreeLayers,
+    decoder: ThreeLayers,
 }
 
 impl LatentNet {
@@ -56,15 +54,9 @@ impl LatentNet {
         let point = picture.is_none().then(|| slots.perceptron("point", POINT, width, width, 1.0));
         let cloud = slots.perceptron("cloud", picture.map_or(width, |size| size.seen), width, code, 1.0);
         let sample = slots.perceptron("sample", SAMPLE, width, width, 1.0);
-        let mut three = |name: &str, inputs: usize, outputs: usize, last: f64| {
-            [
-                slots.layer(&format!("{name}.first"), inputs, width, 1.0),
-                slots.layer(&format!("{name}.hidden"), width, width, ACTIVE_GAIN),
-                slots.layer(&format!("{name}.last"), width, outputs, last * ACTIVE_GAIN),
-            ]
-        };
         let (inputs, outputs) = picture.map_or((code + POINT, 3), |size| (code, size.told));
-        let (next, decoder) = (three("next", code + width, code, 0.1), three("decoder", inputs, outputs, 0.0));
+        let next = ThreeLayers::new(&mut slots, "next", [code + width, width, code], 0.1);
+        let decoder = ThreeLayers::new(&mut slots, "decoder", [inputs, width, outputs], 0.0);
         Self { architecture, parameters: Parameters::new(slots, seed), point, cloud, sample, next, decoder }
     }
 
@@ -74,27 +66,6 @@ impl LatentNet {
         let inner = dense(record, rows, &[(x, weight, 0)], Some(bias), Finish::Squareplus);
         let (weight, bias) = self.parameters.layer(layers.last);
         dense(record, rows, &[(&inner, weight, 0)], Some(bias), Finish::Linear)
-    }
-
-    /// Of inputs side by side.
-    fn three<T: Tape<f32, Cpu>>(
-        &self,
-        record: &mut Record<T>,
-        inputs: &[&Matrix],
-        layers: &Three,
-        finish: Finish<'_>,
-    ) -> Matrix {
-        let rows = inputs[0].shape().0;
-        let (weight, bias) = self.parameters.layer(layers[0]);
-        let mut column = 0;
-        let beside = |x: &&'_ Matrix| (column, column += x.shape().1).0;
-        let columns: Vec<usize> = inputs.iter().map(beside).collect();
-        let terms: Vec<_> = inputs.iter().zip(columns).map(|(x, column)| (*x, weight, column)).collect();
-        let first = dense(record, rows, &terms, Some(bias), Finish::Squareplus);
-        let (weight, bias) = self.parameters.layer(layers[1]);
-        let hidden = dense(record, rows, &[(&first, weight, 0)], Some(bias), Finish::Squareplus);
-        let (weight, bias) = self.parameters.layer(layers[2]);
-        dense(record, rows, &[(&hidden, weight, 0)], Some(bias), finish)
     }
 }
 
@@ -147,7 +118,7 @@ impl Layers for Advance<'_> {
         let (code, samples) = (&inputs[0], &inputs[1]);
         let each = self.net.two(record, samples, &self.net.sample);
         let action = mix(record, &each, &self.mean, 1);
-        self.net.three(record, &[code, &action], &self.net.next, Finish::Onto(code))
+        self.net.next.run(&self.net.parameters, record, &[code, &action], Finish::Onto(code))
     }
 }
 
@@ -164,7 +135,7 @@ impl Layers for Decode<'_> {
 
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
         let codes = mix(record, &inputs[0], &self.copies, 1);
-        self.net.three(record, &[&codes, &inputs[1]], &self.net.decoder, Finish::Linear)
+        self.net.decoder.run(&self.net.parameters, record, &[&codes, &inputs[1]], Finish::Linear)
     }
 }
 
@@ -179,7 +150,7 @@ impl Layers for DecodePicture<'_> {
     }
 
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
-        self.net.three(record, &[&inputs[0]], &self.net.decoder, Finish::Linear)
+        self.net.decoder.run(&self.net.parameters, record, &[&inputs[0]], Finish::Linear)
     }
 }
 

@@ -27,9 +27,12 @@ mod naive;
 mod network;
 mod parameters;
 mod picture;
+mod point_net;
+mod pool;
 mod product;
 mod record;
 mod squareplus;
+mod three_layers;
 mod unet;
 mod weights;
 
@@ -46,4 +49,5 @@ pub(crate) use mixing::Mixing;
 pub(crate) use multilayer_perceptron::Stack;
 pub use network::Network;
 pub(crate) use picture::Size;
+pub(crate) use point_net::{Judge, PointNet, PointNetArchitecture};
 pub(crate) use unet::{UNet, UNetArchitecture};
