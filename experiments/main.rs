@@ -17,6 +17,7 @@ mod distil;
 mod disturbances;
 mod edge_types;
 mod endurance;
+mod film;
 mod formula;
 mod generalise;
 mod gradient_quality;
@@ -33,6 +34,7 @@ mod network_speed;
 mod noise;
 mod peer;
 mod physics;
+mod planners;
 mod planning_speed;
 mod policy;
 mod quickstart;
@@ -40,6 +42,7 @@ mod radius;
 mod random_graph;
 mod recovery;
 mod remembering;
+mod rollouts;
 mod rounds;
 mod scaling;
 mod slopes;
@@ -71,6 +74,7 @@ const EXPERIMENTS: &[Experiment] = &[
     menu::CLAIM,
     box_bath::CLAIM,
     world::CLAIM,
+    rollouts::CLAIM,
     endurance::CLAIM,
     speed::CLAIM,
     network_speed::CLAIM,
@@ -83,6 +87,7 @@ const EXPERIMENTS: &[Experiment] = &[
     physics::CLAIM,
     gradient_quality::CLAIM,
     policy::CLAIM,
+    planners::CLAIM,
     tool_choice::CLAIM,
     mpm_speed::CLAIM,
 ];

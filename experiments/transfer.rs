@@ -2,15 +2,17 @@
 use crate::claim::{median, number};
 use crate::cpu::cpu_seconds;
 use anyhow::Context;
-use pliant::compare::{Artifacts, ContenderSpec, RUNS, dataset_folder};
+use pliant::compare::{Artifacts, Contender, ContenderSpec, RUNS, dataset_folder};
 use pliant::config::{self, Fingerprint, fingerprint};
 use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, simulate};
 use pliant::model::WorldModel;
+use pliant::state::ToolShape;
 use pliant::table::{Grid, Interval, verdict};
 use pliant::train::{Evaluation, Split, Tools, evaluate};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Most episodes of a dataset that its own models are judged on.
 const JUDGED_ON: usize = 48;
@@ -53,6 +55,20 @@ impl Lesson {
         Self { name, split, mark: fingerprint(&(&dataset.metadata, count)) }
     }
 
+    /// The model, fitted to the lesson with every random stream of its own for each seed.
+    pub(crate) fn teach(&self, (name, words): &Model<'_>, seed: u64, watch: &Watch) -> anyhow::Result<Contender> {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        let spec = config::load::<ContenderSpec>(format!("configs/model/{name}.toml").as_ref(), &words)?.spec;
+        let spec: ContenderSpec = serde_json::from_value(seeded(serde_json::to_value(spec)?, seed))?;
+        spec.fit(name, &self.split, &self.mark, &Artifacts::below(Path::new(RUNS)), watch)
+    }
+
+    /// An episode that no fit sees, and the shape of its tool.
+    pub(crate) fn unseen(&self) -> (&Episode, &Arc<ToolShape>) {
+        let episode = &self.split.held_out[0];
+        (episode, &self.split.tools[&episode.tool])
+    }
+
     /// The same, which the table calls otherwise.
     pub(crate) fn called(self, name: String) -> Self {
         Self { name, ..self }
@@ -76,15 +92,10 @@ pub(crate) fn judged(
     watch: &Watch,
 ) -> anyhow::Result<Vec<Value>> {
     let mut rows = Vec::new();
-    let artifacts = Artifacts::below(Path::new(RUNS));
-    for (name, words) in models {
-        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-        let spec = config::load::<ContenderSpec>(format!("configs/model/{name}.toml").as_ref(), &words)?.spec;
-        let spec = serde_json::to_value(spec)?;
+    for model in models {
         for seed in 0..seeds {
             watch.go_on(|| "stopped between two fits; the same command goes on".to_owned())?;
-            let spec: ContenderSpec = serde_json::from_value(seeded(spec.clone(), seed))?;
-            let fitted = spec.fit(name, &lesson.split, &lesson.mark, &artifacts, watch)?;
+            let (name, fitted) = (model.0, lesson.teach(model, seed, watch)?);
             let cost = step_cost(fitted.model.as_ref(), &lesson.split)?;
             let own = fitted.held_out.with_context(|| format!("{name} cannot start from a recording"))?;
             let mut add = |exam: &str, told: &Evaluation| {

@@ -4,10 +4,10 @@
 //! Command: `cargo run --release --bin experiments -- world`, about two minutes. Table: `paper/tables/world.tex`; contact sheet:
 //! `paper/figures/world.png`, five frames of each recorded action.
 use crate::claim::{Experiment, Rows, Size, number};
+use crate::film::film;
 use pliant::config::{self, write_whole};
 use pliant::data::{DatasetSpec, Episode, record};
-use pliant::table::{Frame, Grid, Strip, sheet};
-use pliant::tool::ToolSpec;
+use pliant::table::{Grid, sheet};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -20,9 +20,6 @@ pub(crate) const CLAIM: Experiment = Experiment {
     rows: Rows::Measured(measure),
     table,
 };
-
-/// Number of pictures of an action.
-const FRAMES: usize = 5;
 
 fn measure(size: Size, out: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let load = |name: &str, changes: &[String]| -> anyhow::Result<DatasetSpec> {
@@ -49,7 +46,8 @@ fn measure(size: Size, out: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> 
         let clock = Instant::now();
         let episode = record(&spec, 0)?;
         rows.push(row(what, &name, &episode, clock.elapsed().as_secs_f64()));
-        strips.push(strip(&format!("{what} {name}: {}", episode.tool), &spec.tool[&episode.tool], &episode)?);
+        let tool = spec.tool[&episode.tool].clone().build()?;
+        strips.push(film(&format!("{what} {name}: {}", episode.tool), &episode, tool.shape(), &episode.states));
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -64,19 +62,6 @@ fn row(what: &str, name: &str, episode: &Episode, seconds: f64) -> Value {
     json!({ "what": what, "name": name, "tool": episode.tool, "particles": first.len(), "steps": episode.horizon(),
         "farthest": moves.clone().fold(0.0, f64::max), "mean": moves.sum::<f64>() / first.len() as f64, "lowest": lowest,
         "finite": episode.states.iter().all(|x| x.is_finite()), "seconds": seconds })
-}
-
-fn strip(title: &str, tool: &ToolSpec, episode: &Episode) -> anyhow::Result<Strip> {
-    let shape = tool.clone().build()?.shape().clone();
-    let frame = |k: usize| {
-        let t = k * episode.horizon() / (FRAMES - 1);
-        let positions = episode.states[t].positions.iter().copied();
-        Frame {
-            particles: positions.zip(episode.body.iter().copied()).collect(),
-            tool: shape.surface_at(episode.poses(t)).collect(),
-        }
-    };
-    Ok(Strip { title: title.to_owned(), frames: (0..FRAMES).map(frame).collect() })
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {

@@ -101,6 +101,14 @@ fn time_ends_a_search_too() {
     assert!(spent.rollouts > 0 && spent.rollouts < 100 && spent.seconds >= 6.0, "{spent:?}");
     assert_eq!(metered.costs(&[vec![0.0; 3]]), [f64::INFINITY]);
     assert_eq!(metered.gradient(&[0.0; 3]), None);
+
+    let metered = Metered::new(&problem, Budget { rollouts: 1000, seconds: Some(6.0), ..BUDGET }, &clock);
+    let costs = metered.costs(&vec![vec![0.0; 3]; 1000]);
+    let served = costs.iter().filter(|cost| cost.is_finite()).count();
+    assert!(
+        served == metered.spent().rollouts && (1..500).contains(&served),
+        "one long call outlasts nothing: {served}"
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::policies::policies;
 use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl};
 use crate::chooser::{Chooser, Lesson};
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
-use crate::data::{HELD_OUT, simulate};
+use crate::data::{DatasetSpec, HELD_OUT, simulate};
 use crate::perception::Perception;
 use crate::planner::{Planner, PlannerSpec};
 use crate::problem::Clock;
@@ -19,6 +19,9 @@ use indexmap::IndexMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
+
+/// What the seed of interactions is after that of the dataset.
+const INTERACTIONS: u64 = 1000;
 
 /// Everything a comparison made.
 #[derive(Debug)]
@@ -82,10 +85,29 @@ pub(super) fn fitted(spec: &CompareSpec, watch: &Watch) -> anyhow::Result<Fitted
     let mut data = Split::of(&dataset, HELD_OUT);
     data.train.truncate(spec.learn_from.unwrap_or(usize::MAX));
     let dataset = fingerprint(&(mark, spec.learn_from));
-    let contenders = spec.model.iter().map(|(name, contender)| contender.fit(name, &data, &dataset, &artifacts, watch));
+    let there = interactions(spec, &artifacts, watch)?;
+    let contenders = spec.model.iter().map(|(name, contender)| {
+        let there = there.as_ref().map(|(data, mark)| (data, mark));
+        contender.adapted(name, (&data, &dataset), there, &artifacts, watch)
+    });
     let contenders = contenders.collect::<anyhow::Result<Vec<_>>>()?;
     let predictions = contenders.iter().filter_map(Prediction::of).collect();
     Ok(Fitted { data, dataset, contenders, predictions })
+}
+
+/// What may be learned from in the scene that is planned in, and its fingerprint.
+fn interactions(
+    spec: &CompareSpec,
+    artifacts: &Artifacts,
+    watch: &Watch,
+) -> anyhow::Result<Option<(Split, Fingerprint)>> {
+    let Some(episodes) = spec.interactions else { return Ok(None) };
+    // Other random numbers than those of the dataset: nobody has seen these starts.
+    let seed = spec.dataset.seed.wrapping_add(INTERACTIONS);
+    let there = DatasetSpec { episodes, seed, ..spec.planned().dataset };
+    let (folder, mark) = artifacts.folder("dataset", &there);
+    let dataset = simulate(&there, &folder, watch)?;
+    Ok(Some((Split::of(&dataset, HELD_OUT), mark)))
 }
 
 /// Fits the one contender of `spec` that is called `name`, as [`fit`] does.

@@ -18,6 +18,9 @@ pub struct ContenderSpec {
     /// Stages of `configs/train/*.toml` that fit the model, in order; none when there is nothing to fit.
     #[serde(default)]
     pub train: IndexMap<String, FitSpec>,
+    /// Stages of `configs/adapt/*.toml` that follow in the scene that is planned in, where there are interactions to learn from.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub adapt: IndexMap<String, FitSpec>,
     /// The model, before it is fitted.
     pub dynamics: ModelSpec,
 }
@@ -49,25 +52,23 @@ impl ContenderSpec {
         artifacts: &Artifacts,
         watch: &Watch,
     ) -> anyhow::Result<Contender> {
-        let mut dynamics = self.dynamics.clone();
+        self.adapted(name, (data, dataset), None, artifacts, watch)
+    }
+
+    /// The same, and then its `adapt` stages on the `interactions`, where there are both; judged on what the last data hold out.
+    pub(super) fn adapted(
+        &self,
+        name: &str,
+        lesson: (&Split, &Fingerprint),
+        interactions: Option<(&Split, &Fingerprint)>,
+        artifacts: &Artifacts,
+        watch: &Watch,
+    ) -> anyhow::Result<Contender> {
         let mut stages = IndexMap::new();
-        for (k, (stage, fit)) in self.train.iter().enumerate() {
-            let history: Vec<&FitSpec> = self.train.values().take(k + 1).collect();
-            let recipe = Recipe { dataset: dataset.to_string(), dynamics: &self.dynamics, stages: history };
-            let (folder, _) = artifacts.folder("fit", &recipe);
-            let _held = hold(&folder)?;
-            dynamics = match read_fitted(&folder)? {
-                Some(fitted) => fitted,
-                None => {
-                    write_whole(&folder.join("recipe.json"), &serde_json::to_vec_pretty(&recipe)?)?;
-                    let fitted = fit.clone().build()?.fit(&dynamics, data, &folder, watch);
-                    let fitted = fitted.with_context(|| format!("fitting {name}, stage {stage}"))?;
-                    let text = serde_json::to_string_pretty(&fitted).expect("specs are plain data");
-                    write_whole(&folder.join(FITTED), text.as_bytes())?;
-                    fitted
-                }
-            };
-            stages.insert(stage.clone(), folder);
+        let mut dynamics = staged(name, (&self.dynamics, &self.train), lesson, &mut stages, artifacts, watch)?;
+        let (data, _) = interactions.unwrap_or(lesson);
+        if let Some(interactions) = interactions {
+            dynamics = staged(name, (&dynamics, &self.adapt), interactions, &mut stages, artifacts, watch)?;
         }
         let model = dynamics.build().with_context(|| format!("building the model {name}"))?;
         let held_out = match starts_from_recordings(model.as_ref(), data) {
@@ -78,6 +79,37 @@ impl ContenderSpec {
         };
         Ok(Contender { name: name.to_owned(), model, held_out, stages, policies: IndexMap::new() })
     }
+}
+
+/// What a model has become after these stages; the folder of each is added to `folders`.
+fn staged(
+    name: &str,
+    (start, stages): (&ModelSpec, &IndexMap<String, FitSpec>),
+    (data, dataset): (&Split, &Fingerprint),
+    folders: &mut IndexMap<String, PathBuf>,
+    artifacts: &Artifacts,
+    watch: &Watch,
+) -> anyhow::Result<ModelSpec> {
+    let mut dynamics = start.clone();
+    for (k, (stage, fit)) in stages.iter().enumerate() {
+        let history: Vec<&FitSpec> = stages.values().take(k + 1).collect();
+        let recipe = Recipe { dataset: dataset.to_string(), dynamics: start, stages: history };
+        let (folder, _) = artifacts.folder("fit", &recipe);
+        let _held = hold(&folder)?;
+        dynamics = match read_fitted(&folder)? {
+            Some(fitted) => fitted,
+            None => {
+                write_whole(&folder.join("recipe.json"), &serde_json::to_vec_pretty(&recipe)?)?;
+                let fitted = fit.clone().build()?.fit(&dynamics, data, &folder, watch);
+                let fitted = fitted.with_context(|| format!("fitting {name}, stage {stage}"))?;
+                let text = serde_json::to_string_pretty(&fitted).expect("specs are plain data");
+                write_whole(&folder.join(FITTED), text.as_bytes())?;
+                fitted
+            }
+        };
+        folders.insert(stage.clone(), folder);
+    }
+    Ok(dynamics)
 }
 
 /// All that a fit depends on: its folder is named by the fingerprint of this, which stands in it as `recipe.json`.

@@ -25,7 +25,7 @@ pub fn distil(
     let mut spec = match read_fitted(model)? {
         Some(dynamics) => {
             ensure!(overrides.is_empty(), "{} is fitted already; {overrides:?} cannot change it", model.display());
-            ContenderSpec { train: IndexMap::new(), dynamics }
+            ContenderSpec { train: IndexMap::new(), adapt: IndexMap::new(), dynamics }
         }
         None => config::load::<ContenderSpec>(model, overrides)?.spec,
     };

@@ -38,6 +38,10 @@ pub struct CompareSpec {
     /// What is planned in, if that is not the scene that models are fitted to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<SceneSpec>,
+    /// Episodes in the scene that is planned in, which the models that `adapt` learn from; none is drawn where it is absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 5))]
+    pub interactions: Option<usize>,
     /// Where attempts start; by default a start of the scene drawn by the seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartSpec>,
@@ -130,6 +134,10 @@ impl CompareSpec {
             ("seeds", self.seeds.len()),
             ("actions", self.actions),
         ];
+        let adapts = self.model.iter().find(|(_, model)| !model.adapt.is_empty());
+        if let (Some((name, _)), None) = (adapts, self.interactions) {
+            anyhow::bail!("model.{name} adapts, but there is nothing to adapt to; set `interactions=12`");
+        }
         let empty = lists.iter().find(|(_, count)| *count == 0);
         anyhow::ensure!(empty.is_none(), "`{}` is empty: nothing would be compared", empty.map_or("", |(key, _)| key));
         anyhow::ensure!(

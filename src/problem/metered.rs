@@ -46,10 +46,13 @@ impl std::ops::AddAssign for Spent {
     }
 }
 
+/// Plans that are costed without a look at the clock.
+const SLICE: usize = 16;
+
 /// An objective that answers until its budget is spent: then costs are `∞`, and there is no gradient.
 ///
 /// Plans are served in order, so that the same plans are refused whatever the thread count. A limit in seconds is looked at
-/// before each call, which may outlast it by its own duration.
+/// before each gradient call and every sixteen plans, which may outlast it by their own duration.
 pub struct Metered<'a> {
     inner: &'a dyn Objective,
     budget: Budget,
@@ -99,12 +102,9 @@ impl<'a> Metered<'a> {
     }
 }
 
-impl Objective for Metered<'_> {
-    fn space(&self) -> &ActionSpace {
-        self.inner.space()
-    }
-
-    fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
+impl Metered<'_> {
+    /// Costs of those plans that the budget holds now, `∞` of the others.
+    fn served(&self, plans: &[Vec<f64>]) -> Vec<f64> {
         let price = self.inner.price();
         let served = self.reserve(plans.len(), price, |spent, count| spent.rollouts += price * count);
         let mut costs = self.inner.costs(&plans[..served]);
@@ -112,6 +112,17 @@ impl Objective for Metered<'_> {
         self.tally().not_finite += broken;
         costs.resize(plans.len(), f64::INFINITY);
         costs
+    }
+}
+
+impl Objective for Metered<'_> {
+    fn space(&self) -> &ActionSpace {
+        self.inner.space()
+    }
+
+    fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
+        let slice = if self.budget.seconds.is_some() { SLICE } else { plans.len().max(1) };
+        plans.chunks(slice).flat_map(|plans| self.served(plans)).collect()
     }
 
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {

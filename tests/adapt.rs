@@ -1,0 +1,56 @@
+//! Models that adapt to the scene that is planned in.
+use pliant::compare::{CompareSpec, Contender, fit};
+use pliant::config;
+use pliant::watch::Watch;
+use std::path::Path;
+
+const SMALL: [&str; 8] = [
+    "dataset=smoke",
+    "model=[analytic_adapted, learned, learned_adapted]",
+    "model.analytic_adapted.train.identify.evaluations=12",
+    "model.analytic_adapted.adapt.identify_again.evaluations=12",
+    "model.learned.train.network.steps=4",
+    "model.learned_adapted.train.network.steps=4",
+    "model.learned_adapted.adapt.fine_tune.steps=3",
+    "seeds=[0]",
+];
+
+fn spec(more: &[&str], root: &Path) -> CompareSpec {
+    let words: Vec<String> = SMALL.iter().chain(more).map(|word| (*word).to_owned()).collect();
+    let mut spec = config::load::<CompareSpec>("configs/compare/materials.toml".as_ref(), &words).unwrap().spec;
+    spec.artifacts = root.to_owned();
+    spec
+}
+
+fn named<'a>(contenders: &'a [Contender], name: &str) -> &'a Contender {
+    contenders.iter().find(|contender| contender.name == name).unwrap()
+}
+
+#[test]
+fn a_model_that_adapts_goes_on_from_its_fit_with_episodes_of_the_scene_that_is_planned_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let watch = Watch::silent();
+    let (contenders, _) = fit(&spec(&["interactions=5"], folder.path()), &watch).unwrap();
+    let (learned, adapted) = (named(&contenders, "learned"), named(&contenders, "learned_adapted"));
+    let stages = |contender: &Contender| contender.stages.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(
+        (stages(learned), stages(adapted)),
+        (vec!["network".into()], vec!["network".into(), "fine_tune".into()])
+    );
+    assert_eq!(learned.stages["network"], adapted.stages["network"], "one fit for both");
+    assert_ne!(learned.model.weights(), adapted.model.weights());
+    let again = named(&contenders, "analytic_adapted").stages.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(again, ["identify", "identify_again"]);
+
+    // Another material there, and only what was adapted is another.
+    let (elsewhere, _) = fit(&spec(&["interactions=5", "scene.material=play_doh"], folder.path()), &watch).unwrap();
+    assert_eq!(named(&elsewhere, "learned").model.weights(), learned.model.weights());
+    assert_ne!(named(&elsewhere, "learned_adapted").model.weights(), adapted.model.weights());
+}
+
+#[test]
+fn who_adapts_needs_something_to_adapt_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = fit(&spec(&["~interactions"], folder.path()), &Watch::silent()).err().unwrap().to_string();
+    assert!(refused.contains("model.analytic_adapted") && refused.contains("interactions=12"), "{refused}");
+}
