@@ -125,8 +125,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let beyond = ours.iter().filter(|of| middle(of, variant, key) < least * bound(of, key)).count();
         let of = ours.len();
         format!(
-            "{title}, {pass}: {worst:.2} × our time at least (claim: {least}; {verdict}, reached on {lines} of {of} lines, on {beyond} \
-             of which nobody's products are fast enough)"
+            "{title}, {pass}: {worst:.2} × our time at least (claim: {least}; {verdict}, reached on {lines} of {of} lines, out of \
+             anybody's reach on {beyond})"
         )
     };
     let claims = PEERS.iter().filter_map(|(variant, title, claims)| Some((variant, title, (*claims)?)));
@@ -149,7 +149,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     ];
     notes.extend(verdicts);
     notes.push(
-        "nobody's products are fast enough: the claim would not hold if all but the matrix products took no time and these ran at the \
+        "out of anybody's reach: the claim would not hold if all but the matrix products took no time and these ran at the \
          speed of PyTorch's matrix product here"
             .into(),
     );

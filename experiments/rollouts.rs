@@ -59,8 +59,11 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         cells.push(format!("{:.2}", share(row)));
         cells
     };
-    let worse: Vec<&str> =
-        rows.iter().filter(|row| !(share(row) < 1.0)).filter_map(|row| row["scene"].as_str()).collect();
+    let worse: Vec<&str> = rows
+        .iter()
+        .filter(|row| share(row) >= 1.0 || share(row).is_nan())
+        .filter_map(|row| row["scene"].as_str())
+        .collect();
     let verdict = if worse.is_empty() { "holds".to_owned() } else { format!("fails in {}", worse.join(", ")) };
     let header =
         ["scene", "model", "particles", "steps", "episodes", "one step [mm]", "rollout [mm]", "still [mm]", "÷ still"];
