@@ -1,10 +1,10 @@
 //! A claim of the paper: a sweep that tests it, and the table its rows make.
 use crate::peer::Peer;
 use anyhow::Context;
-use pliant::compare::CompareSpec;
+use pliant::compare::{CompareSpec, Row};
 use pliant::config;
 use pliant::sweep::{self, SweepSpec};
-use pliant::table::{Grid, TrialRow};
+use pliant::table::{Grid, Interval, TrialRow};
 use pliant::watch::Watch;
 use serde_json::Value;
 use std::fmt;
@@ -108,6 +108,14 @@ pub(crate) fn changed(change: &str, baseline: &str) -> String {
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()
+}
+
+/// Achieved cost of `mine` minus that of `reference`, paired by goal and seed \[m\].
+pub(crate) fn difference(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
+    Interval::over_seeds(mine.iter().filter_map(|row| {
+        let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
+        Some((row.seed, row.achieved? - other.achieved?))
+    }))
 }
 
 impl Experiment {

@@ -2,7 +2,7 @@
 //! all do once somebody moves the dough; planning anew only where a prediction has failed costs fewer plans.
 //!
 //! Command: `cargo run --release --bin experiments -- disturbances`, about ten minutes. Table: `paper/tables/disturbances.tex`.
-use crate::claim::{Experiment, Rows, trials};
+use crate::claim::{Experiment, Rows, difference, trials};
 use indexmap::IndexSet;
 use pliant::compare::Row;
 use pliant::table::{Grid, Interval, TrialRow, verdict};
@@ -85,13 +85,4 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
 fn rows_of<'a>(trials: &'a [TrialRow], model: &str, way: &str, world: &str) -> Vec<&'a Row> {
     let own = |trial: &&TrialRow| trial.row.model == model && is(&trial.change, way, world);
     trials.iter().filter(own).map(|trial| &trial.row).collect()
-}
-
-/// Achieved cost of `a` minus that of `b` by goal and seed \[m\].
-fn difference(a: &[&Row], b: &[&Row]) -> Option<Interval> {
-    let same = |x: &Row, y: &Row| (&x.goal, &x.planner, x.seed) == (&y.goal, &y.planner, y.seed);
-    Interval::over_seeds(a.iter().filter_map(|row| {
-        let other = b.iter().find(|other| same(row, other))?;
-        Some((row.seed, row.achieved? - other.achieved?))
-    }))
 }

@@ -46,6 +46,7 @@ mod rollouts;
 mod rounds;
 mod scaling;
 mod slopes;
+mod speaking;
 mod speed;
 mod stack;
 mod tool_choice;

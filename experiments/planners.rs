@@ -2,7 +2,7 @@
 //! rollouts and for equal time; a policy is as good in a fraction of the time.
 //!
 //! Command: `cargo run --release --bin experiments -- planners`, about twenty minutes. Table: `paper/tables/planners.tex`.
-use crate::claim::{Experiment, Rows, SMALL_FITS, Size, median};
+use crate::claim::{Experiment, Rows, SMALL_FITS, Size, difference, median};
 use indexmap::IndexSet;
 use pliant::compare::{CompareSpec, Row, commit, compare};
 use pliant::config;
@@ -162,12 +162,4 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         rows: lines,
         notes,
     })
-}
-
-/// Achieved cost of `mine` minus that of `reference` by goal and seed \[m\].
-fn difference(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
-    Interval::over_seeds(mine.iter().filter_map(|row| {
-        let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
-        Some((row.seed, row.achieved? - other.achieved?))
-    }))
 }

@@ -8,16 +8,14 @@ use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::cpu::cpu_seconds;
 use crate::lump::{Spread, block};
 use crate::peer::Peer;
+use crate::speaking::speaking;
 use anyhow::{Context, ensure};
 use glam::DVec3;
-use pliant::compare::ContenderSpec;
-use pliant::config;
 use pliant::model::WorldModel;
-use pliant::state::{Control, Part, Pose, Scene, Solid, ToolShape, stream};
+use pliant::state::{Control, Part, Pose, Scene, Solid, ToolShape};
 use pliant::table::Grid;
 use pliant::tool::Motion;
 use pliant::watch::Watch;
-use rand::Rng;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -89,19 +87,8 @@ impl Bench {
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let radius = pairs[EDGES].0;
         let edges = pairs[..EDGES].iter().map(|(_, edge)| *edge).collect();
-        let kinds = "[\"particle\",\"tool\"]";
-        let words = [
-            format!("dynamics.graph={{kind=radius,radius={radius},edges={kinds}}}"),
-            format!("dynamics.laws.0.edges={kinds}"),
-            format!("dynamics.laws.0.radius={radius}"),
-            format!("dynamics.laws.0.width={WIDTH}"),
-        ];
-        let spec = config::load::<ContenderSpec>("configs/model/learned.toml".as_ref(), &words)?.spec;
-        let mut model = spec.dynamics.build()?;
-        // Fresh weights are silent, and what is silent is not computed.
-        let mut rng = stream(1, &[u64::from_le_bytes(*b"planning")]);
-        let shaken: Vec<f32> = model.weights().iter().map(|w| w + rng.random_range(-0.01..0.01)).collect();
-        model.set_weights(&shaken);
+        let width = format!("dynamics.laws.0.width={WIDTH}");
+        let model = speaking(&["particle", "tool"], radius, &[width], b"planning")?;
         Ok(Self { model, scene, edges })
     }
 

@@ -2,7 +2,7 @@
 //! same model, and achieves a cost that is at most a tenth higher.
 //!
 //! Command: `cargo run --release --bin experiments -- policy`, about ten minutes. Table: `paper/tables/policy.tex`.
-use crate::claim::{Experiment, Rows, Size, median};
+use crate::claim::{Experiment, Rows, Size, difference, median};
 use anyhow::ensure;
 use indexmap::IndexSet;
 use pliant::compare::{CompareSpec, Row, commit, compare};
@@ -76,17 +76,13 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let here = |rows: &[&'_ Row], goal: &str| -> Vec<Row> {
             rows.iter().filter(|row| row.goal == goal).map(|row| (*row).clone()).collect()
         };
-        let difference = Interval::over_seeds(mine.iter().filter_map(|row| {
-            let other = reference.iter().find(|other| other.goal == row.goal && other.seed == row.seed)?;
-            Some((row.seed, row.achieved? - other.achieved?))
-        }));
         let own = planner == REFERENCE;
         let ratio = |ratio: Option<f64>| ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.2}"));
         let (cost, speed) = (worse(&mine, &reference), seconds(&reference) / seconds(&mine));
         let planned = mine.iter().filter(|row| row.achieved.is_some()).count();
         let mut cells = vec![model.to_owned(), planner.to_owned(), format!("{planned}/{}", mine.len())];
         cells.push(Interval::millimetres(achieved(&mine)));
-        cells.push(if own { "reference".to_owned() } else { Interval::millimetres(difference) });
+        cells.push(if own { "reference".to_owned() } else { Interval::millimetres(difference(&mine, &reference)) });
         cells.push(ratio(cost));
         cells.extend(goals.iter().map(|goal| {
             let (mine, reference) = (here(&mine, goal), here(&reference, goal));

@@ -5,10 +5,9 @@
 //! and memory are read from `/proc`.
 use crate::claim::{Experiment, Rows, Size, median, number};
 use crate::cpu::cpu_seconds;
+use crate::speaking::speaking;
 use anyhow::{Context, ensure};
 use glam::DVec3;
-use pliant::compare::ContenderSpec;
-use pliant::config;
 use pliant::graph::{GraphSpec, Nodes, Skeleton};
 use pliant::state::{Control, Particles, Scene, ToolShape, stream};
 use pliant::table::Grid;
@@ -31,6 +30,7 @@ const BLOCKS: [[usize; 3]; 5] = [[6, 6, 4], [10, 10, 10], [20, 20, 20], [33, 33,
 /// Distance of neighbours, and how far the network hears \[m\].
 const SPACING: f64 = 0.01;
 const RADIUS: f64 = 0.02;
+const KINDS: [&str; 2] = ["particle", "floor"];
 const SHAKE: f64 = 0.001;
 /// Control steps of a rollout.
 const STEPS: usize = 3;
@@ -58,15 +58,8 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
 
 /// A rollout of a block without a tool: time of a step and of its search for neighbours, and the most memory so far.
 fn stepped([x, y, z]: [usize; 3]) -> anyhow::Result<Value> {
-    let kinds = "[\"particle\",\"floor\"]";
-    let graph = format!("{{kind=radius,radius={RADIUS},edges={kinds}}}");
-    let words = [format!("dynamics.graph={graph}"), format!("dynamics.laws.0.edges={kinds}")];
-    let spec = config::load::<ContenderSpec>("configs/model/learned.toml".as_ref(), &words)?.spec;
-    let mut model = spec.dynamics.build()?;
-    // Fresh weights are silent, and what is silent is not computed.
-    let mut rng = stream(1, &[u64::from_le_bytes(*b"scaling ")]);
-    let shaken: Vec<f32> = model.weights().iter().map(|w| w + rng.random_range(-0.01..0.01)).collect();
-    model.set_weights(&shaken);
+    let model = speaking(&KINDS, RADIUS, &[], b"scaling ")?;
+    let mut rng = stream(1, &[u64::from_le_bytes(*b"block   ")]);
     let mut place = |n: usize| {
         let lattice = DVec3::new((n % x) as f64, (n / x % y) as f64, (n / x / y) as f64 + 0.5);
         SPACING * lattice + SHAKE * DVec3::from_array(rng.random::<[f64; 3]>())
@@ -74,8 +67,7 @@ fn stepped([x, y, z]: [usize; 3]) -> anyhow::Result<Value> {
     let particles = Particles::at_rest((0..x * y * z).map(&mut place).collect());
     let none = Arc::new(ToolShape::from(Vec::new()));
 
-    let policy: GraphSpec =
-        serde_json::from_value(json!({ "kind": "radius", "radius": RADIUS, "edges": ["particle", "floor"] }))?;
+    let policy: GraphSpec = serde_json::from_value(json!({ "kind": "radius", "radius": RADIUS, "edges": KINDS }))?;
     let policy = policy.build()?;
     let gather = || Nodes::gather(&particles, &Arc::new(Skeleton::default()), &[], &none, &[], &[], 0.1);
     let edges: usize = policy.connect(gather()).edges.iter().map(|set| set.len()).sum();
