@@ -43,7 +43,9 @@ mod random_graph;
 mod recovery;
 mod remembering;
 mod rollouts;
+mod rounding;
 mod rounds;
+mod samples;
 mod scaling;
 mod slopes;
 mod speaking;
@@ -63,6 +65,7 @@ const EXPERIMENTS: &[Experiment] = &[
     edge_types::CLAIM,
     hybrid::CLAIM,
     generalise::CLAIM,
+    samples::CLAIM,
     closed_loop::CLAIM,
     disturbances::CLAIM,
     letters::CLAIM,
@@ -80,6 +83,7 @@ const EXPERIMENTS: &[Experiment] = &[
     speed::CLAIM,
     network_speed::CLAIM,
     planning_speed::CLAIM,
+    rounding::CLAIM,
     scaling::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,

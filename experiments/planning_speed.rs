@@ -1,6 +1,6 @@
 //! Claim: at RoboCook's size (300 particles of dough, 193 of tools, about 3 200 edges, 2 rounds, width 150) the graph network makes at
 //! least 3 × as many particle steps a CPU second as RoboCook's kind of network written with sparse gathers in PyTorch, one rollout at a
-//! time and 32, forward and with the gradient by the tool's motion.
+//! time and 32, forward and with the gradient by the tool's motion; both in f32, and both in bfloat16.
 //!
 //! Command: `pip install torch==2.15.0`, then `cargo run --release --bin experiments -- planning_speed`, about three minutes; the
 //! interpreter by `python=PATH`. Table: `paper/tables/planning_speed.tex`. Linux only: CPU time is read from `/proc`.
@@ -33,6 +33,8 @@ const EDGES: usize = 3248;
 /// Samples of each finger.
 const SAMPLES: [usize; 2] = [97, 96];
 const CLAIMED: f64 = 3.0;
+/// Our network in f32, and with products in bfloat16.
+const OURS: [&str; 2] = ["ours", "ours, bfloat16"];
 const PASSES: [&str; 2] = ["forward", "gradient"];
 
 fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>> {
@@ -47,7 +49,9 @@ fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>>
         for &batch in batches {
             watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())?;
             let motions: Vec<Motion> = (0..batch).map(|k| bench.motion(k, steps)).collect();
-            let mut made = vec![alone.install(|| bench.ours(&motions))?];
+            let ours =
+                || OURS.iter().zip(&bench.models).map(|(title, model)| bench.ours(title, model.as_ref(), &motions));
+            let mut made = alone.install(|| ours().collect::<anyhow::Result<Vec<_>>>())?;
             // A rehearsal needs no interpreter.
             if size == Size::Paper {
                 made.extend(bench.theirs(&motions, peer)?);
@@ -63,7 +67,8 @@ fn measure(size: Size, peer: &Peer, watch: &Watch) -> anyhow::Result<Vec<Value>>
 
 /// Two fingers beside a block of dough.
 struct Bench {
-    model: Box<dyn WorldModel>,
+    /// One in each precision, in the order of [`OURS`], with the same weights.
+    models: Vec<Box<dyn WorldModel>>,
     scene: Scene,
     /// (receiver, sender) of the edges at the start, tool samples being numbered behind the particles.
     edges: Vec<(usize, usize)>,
@@ -87,9 +92,13 @@ impl Bench {
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let radius = pairs[EDGES].0;
         let edges = pairs[..EDGES].iter().map(|(_, edge)| *edge).collect();
-        let width = format!("dynamics.laws.0.width={WIDTH}");
-        let model = speaking(&["particle", "tool"], radius, &[width], b"planning")?;
-        Ok(Self { model, scene, edges })
+        let in_precision = |precision: &&str| {
+            let words = [("width", WIDTH.to_string()), ("precision", (*precision).to_owned())];
+            let words = words.map(|(key, value)| format!("dynamics.laws.0.{key}={value}"));
+            speaking(&["particle", "tool"], radius, &words, b"planning")
+        };
+        let models = ["single", "bfloat16"].iter().map(in_precision).collect::<anyhow::Result<_>>()?;
+        Ok(Self { models, scene, edges })
     }
 
     /// Fingers that close, the farther the greater `k`.
@@ -98,22 +107,22 @@ impl Bench {
         Motion { start: way(0), controls: (1..=steps).map(|t| Control { poses: way(t) }).collect() }
     }
 
-    fn ours(&self, motions: &[Motion]) -> anyhow::Result<Value> {
+    fn ours(&self, title: &str, model: &dyn WorldModel, motions: &[Motion]) -> anyhow::Result<Value> {
         let work = self.work(motions);
         let clock = cpu_seconds()?;
-        let rollouts = self.model.rollouts(&self.scene, motions);
+        let rollouts = model.rollouts(&self.scene, motions);
         let forward = cpu_seconds()? - clock;
         let moved = rollouts[0].last().context("a rollout has a start")?;
         ensure!(moved.is_finite() && moved.positions != self.scene.particles.positions, "nothing moves");
         let clock = cpu_seconds()?;
         for motion in motions {
             let scene = Scene { poses: motion.start.clone(), ..self.scene.clone() };
-            let gradient = self.model.gradient(&scene, &motion.controls, &Spread);
+            let gradient = model.gradient(&scene, &motion.controls, &Spread);
             gradient.context("the model has lost its adjoint")?;
         }
         let gradient = cpu_seconds()? - clock;
-        let weights = self.model.weights().len();
-        Ok(json!({ "engine": "pliant", "variant": "ours", "weights": weights,
+        let weights = model.weights().len();
+        Ok(json!({ "engine": "pliant", "variant": title, "weights": weights,
             "forward": work / forward, "gradient": work / gradient }))
     }
 
@@ -158,71 +167,56 @@ fn distances(scene: &Scene) -> Vec<(f64, (usize, usize))> {
     pairs.map(|(i, j)| (receivers[i].distance(senders[j]), (i, j))).collect()
 }
 
-/// Peers' variants, their titles, and whether we claim to be faster.
-const PEERS: [(&str, &str, Option<f64>); 2] =
-    [("float32", "PyTorch, sparse", Some(CLAIMED)), ("bfloat16", "PyTorch, sparse, bfloat16", None)];
+/// What numbers are called in the table, and in our rows and the peer's.
+const NUMBERS: [(&str, &str, &str); 2] = [("f32", OURS[0], "float32"), ("bfloat16", OURS[1], "bfloat16")];
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let speed = |batch: &Value, variant: &str, pass: &str| {
         let same = rows.iter().filter(|row| row["batch"] == *batch && row["variant"] == variant);
         median(same.map(|row| number(row, pass)).collect())
     };
-    let mut cases = Vec::new();
+    let mut batches: Vec<Value> = Vec::new();
     for row in rows {
-        cases.extend(PASSES.map(|pass| (row["batch"].clone(), pass)));
+        if !batches.contains(&row["batch"]) {
+            batches.push(row["batch"].clone());
+        }
     }
-    cases.dedup();
-    let mut seen: Vec<(Value, &str)> = Vec::new();
-    cases.into_iter().for_each(|case| {
-        if !seen.contains(&case) {
-            seen.push(case)
-        }
-    });
-    let cell = |speed: f64| if speed.is_finite() { format!("{:.1}", 1e-3 * speed) } else { "–".into() };
-    let line = |(batch, pass): &(Value, &str)| {
-        let ours = speed(batch, "ours", pass);
-        let mut cells = vec![batch.to_string(), (*pass).to_owned(), cell(ours)];
-        for (variant, ..) in PEERS {
-            let theirs = speed(batch, variant, pass);
-            cells.push(cell(theirs));
-            cells.push(if theirs.is_finite() { format!("{:.2}", ours / theirs) } else { "–".into() });
-        }
-        cells
+    let cell = |speed: f64, digits: usize| if speed.is_finite() { format!("{speed:.digits$}") } else { "–".into() };
+    let cases = batches.iter().flat_map(|batch| PASSES.map(|pass| (batch, pass)));
+    let line = |(batch, pass): (&Value, &str), (numbers, ours, theirs): (&str, &str, &str)| {
+        let (ours, theirs) = (speed(batch, ours, pass), speed(batch, theirs, pass));
+        let speeds = [cell(1e-3 * ours, 1), cell(1e-3 * theirs, 1), cell(ours / theirs, 2)];
+        [batch.to_string(), pass.to_owned(), numbers.to_owned()].into_iter().chain(speeds).collect()
     };
-    let worst = |variant: &str| {
-        seen.iter()
-            .map(|(batch, pass)| speed(batch, "ours", pass) / speed(batch, variant, pass))
-            .fold(f64::NAN, f64::min)
+    let verdict = |(numbers, ours, theirs): (&str, &str, &str)| {
+        let ratio = |(batch, pass): (&Value, &str)| speed(batch, ours, pass) / speed(batch, theirs, pass);
+        let least = cases.clone().map(ratio).fold(f64::NAN, f64::min);
+        let verdict = if least >= CLAIMED { "holds" } else { "fails" };
+        format!("both in {numbers}: {least:.2} × PyTorch's speed at least (claim: {CLAIMED}; {verdict})")
     };
-    let verdicts = PEERS.iter().filter_map(|(variant, title, claimed)| {
-        let (least, claimed) = (worst(variant), (*claimed)?);
-        let verdict = if least >= claimed { "holds" } else { "fails" };
-        Some(format!("{title}: {least:.2} × its speed at least (claim: {claimed}; {verdict})"))
-    });
     let count = |variant: &str| {
         let row = rows.iter().find(|row| row["variant"] == variant);
         row.map_or(f64::NAN, |row| number(row, "weights"))
     };
     let rounds = rows.iter().map(|row| number(row, "round")).fold(f64::NAN, f64::max) + 1.0;
-    let mut notes = vec![
+    let notes = [
         format!(
-            "thousands of particle steps a second of one thread, medians of {rounds} rounds in which all take their turns; with the \
-             gradient by the tool's motion in the second lines"
+            "thousands of particle steps a second of one thread, medians of {rounds} rounds in which all take their turns; gradients are by \
+             the tool's motion; what rounding to bfloat16 does to predictions is in the table of `rounding`"
         ),
         format!(
             "{} edges at the start; ours looks for neighbours in every step, the peer keeps those of the start; ours has {} weights, \
              the peer {} (published: 447 311)",
             rows.first().map_or(f64::NAN, |row| number(row, "edges")),
-            count("ours"),
+            count(OURS[0]),
             count("float32")
         ),
     ];
-    notes.extend(verdicts);
-    let header = ["rollouts at a time", "pass", "ours", "PyTorch, sparse", "÷", "PyTorch, sparse, bfloat16", "÷"];
+    let header = ["rollouts at a time", "pass", "numbers", "ours", "PyTorch, sparse", "÷"];
     Ok(Grid {
         title: "Planning rollouts at RoboCook's size".into(),
         header: header.map(String::from).to_vec(),
-        rows: seen.iter().map(line).collect(),
-        notes,
+        rows: cases.clone().flat_map(|case| NUMBERS.map(|numbers| line(case, numbers))).collect(),
+        notes: notes.into_iter().chain(NUMBERS.map(verdict)).collect(),
     })
 }

@@ -90,17 +90,16 @@ def main(scene):
         with torch.no_grad():
             return rollout(network, paths, dtype)
 
-    def gradient():
+    def gradient(network, dtype):
         given = paths.clone().requires_grad_()
-        return torch.autograd.grad(rollout(network, given, torch.float32), given)
+        return torch.autograd.grad(rollout(network, given, dtype), given)
 
     for w in network.parameters():
         w.requires_grad_(False)
-    row = {"engine": name, "weights": weights}
-    both = {"forward": seconds(lambda: forward(network, torch.float32)), "gradient": seconds(gradient)}
-    print(json.dumps({**row, "variant": "float32", **both}), flush=True)
-    half = network.bfloat16()
-    print(json.dumps({**row, "variant": "bfloat16", "forward": seconds(lambda: forward(half, torch.bfloat16))}), flush=True)
+    for variant, dtype in [("float32", torch.float32), ("bfloat16", torch.bfloat16)]:
+        network = network.to(dtype)
+        passes = {key: seconds(lambda: run(network, dtype)) for key, run in [("forward", forward), ("gradient", gradient)]}
+        print(json.dumps({"engine": name, "weights": weights, "variant": variant, **passes}), flush=True)
 
 
 if __name__ == "__main__":

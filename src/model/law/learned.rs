@@ -2,7 +2,7 @@
 use super::frame::{Frame, FrameSpec, Seen};
 use super::{Law, Rate, View, ViewGrad};
 use crate::graph::kinds_named;
-use crate::model::net::{Aggregation, Architecture, Features, Network, Sharing};
+use crate::model::net::{Aggregation, Architecture, Features, Network, Precision, Sharing};
 use crate::state::{MEMORY, ParticlesGrad, PoseGrad, Scene, Twist};
 use anyhow::ensure;
 use glam::DVec3;
@@ -49,6 +49,9 @@ pub struct LearnedSpec {
     /// The axes in which the network sees the scene.
     #[serde(default)]
     pub frame: FrameSpec,
+    /// Numbers that predictions are computed in.
+    #[serde(default, skip_serializing_if = "Precision::is_default")]
+    pub precision: Precision,
     /// Seed of the untrained weights.
     pub seed: u64,
     /// File of trained weights (safetensors).
@@ -88,7 +91,7 @@ impl LearnedSpec {
             constants: self.constants.keys().cloned().collect(),
             edges: self.edges,
         };
-        let mut network = Network::new(architecture, self.seed);
+        let mut network = Network::new(architecture, self.seed).in_precision(self.precision);
         if let Some(path) = &self.weights {
             network.load(path)?;
         }

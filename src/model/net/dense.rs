@@ -1,7 +1,6 @@
 //! A dense layer of one or several inputs, recorded as one operation.
-use super::product::{Block, multiply, multiply_add};
-use super::record::Wanted;
-use super::record::{Matrix, Record, add_rows, entries, gradient, taken};
+use super::part::Part;
+use super::record::{Matrix, Record, Wanted, add_rows, entries, gradient, taken};
 use super::squareplus::{slope, squareplus};
 use dfdx::prelude::{Cpu, HasShape, Tape};
 
@@ -18,26 +17,25 @@ pub(super) enum Finish<'a> {
 
 /// `finish(Σ_p x_p W_p + b)` over the first `rows` rows of every x; shapes (≥ rows, k_p), (k_p, n), (1, n) → (rows, n).
 ///
-/// Several inputs stand for one concatenated input: `[x₁, x₂] [W₁; W₂] = x₁ W₁ + x₂ W₂`; a weight matrix given with a first
-/// row uses only its rows from there on.
+/// Several inputs stand for one concatenated input, each with its [`Part`] of the weights.
 pub(super) fn dense<T: Tape<f32, Cpu>>(
     record: &mut Record<T>,
     rows: usize,
-    terms: &[(&Matrix, &Matrix, usize)],
+    terms: &[(&Matrix, Part)],
     bias: Option<&Matrix>,
     finish: Finish<'_>,
 ) -> Matrix {
-    let columns = terms[0].1.shape().1;
+    let columns = terms[0].1.columns();
     let mut out = match finish {
         Finish::Onto(base) => entries(base).to_vec(),
         _ => vec![0.0; rows * columns],
     };
     let head = &mut out[..rows * columns];
-    for (place, (input, weight, first)) in terms.iter().enumerate() {
-        let (x, w) = operands(input, weight, *first, rows);
+    for (place, (input, part)) in terms.iter().enumerate() {
+        let x = first_rows(input, rows);
         match (place, finish) {
-            (0, Finish::Linear | Finish::Squareplus) => multiply(x, w, head),
-            _ => multiply_add(x, w, head),
+            (0, Finish::Linear | Finish::Squareplus) => part.multiply(x, head),
+            _ => part.multiply_add(x, head),
         }
     }
     if let Some(bias) = bias {
@@ -54,7 +52,7 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(
     }
     let wanted = *wanted;
     let ghost = out.ghost();
-    let terms: Vec<_> = terms.iter().map(|(x, w, first)| ((*x).clone(), (*w).clone(), *first)).collect();
+    let terms: Vec<_> = terms.iter().map(|(x, part)| ((*x).clone(), part.clone())).collect();
     let bias = bias.cloned();
     let (active, base) = match finish {
         Finish::Linear => (None, None),
@@ -70,14 +68,11 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(
         if let Some(active) = &active {
             at.iter_mut().zip(entries(active)).for_each(|(g, y)| *g *= slope(*y));
         }
-        let delta = Block::new(&at, columns);
-        for (input, weight, first) in &terms {
-            let (x, w) = operands(input, weight, *first, rows);
+        for (input, part) in &terms {
             let inner = input.shape().1;
-            multiply_add(delta, w.transposed(), &mut gradient(grads, input)?[..rows * inner]);
+            part.pull_add(&at, &mut gradient(grads, input)?[..rows * inner]);
             if wanted == Wanted::InputsAndWeights {
-                let place = first * columns..(first + inner) * columns;
-                multiply_add(x.transposed(), delta, &mut gradient(grads, weight)?[place]);
+                part.learn(first_rows(input, rows), &at, grads)?;
             }
         }
         if let (Some(bias), Wanted::InputsAndWeights) = (&bias, wanted) {
@@ -88,8 +83,6 @@ pub(super) fn dense<T: Tape<f32, Cpu>>(
     out
 }
 
-fn operands<'a>(input: &'a Matrix, weight: &'a Matrix, first: usize, rows: usize) -> (Block<'a>, Block<'a>) {
-    let (inner, columns) = (input.shape().1, weight.shape().1);
-    let x = Block::new(&entries(input)[..rows * inner], inner);
-    (x, Block::new(&entries(weight)[first * columns..(first + inner) * columns], columns))
+fn first_rows(input: &Matrix, rows: usize) -> &[f32] {
+    &entries(input)[..rows * input.shape().1]
 }

@@ -48,7 +48,7 @@ impl Layers for Filter {
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, inputs: &[Matrix]) -> Matrix {
         let FilterArchitecture { size, width, .. } = self.architecture;
         let around = mix(record, &inputs[0], &self.neighbourhoods, width * width);
-        dense(record, size.cells(), &[(&around, &self.parameters[self.weight], 0)], None, Finish::Linear)
+        dense(record, size.cells(), &[(&around, self.parameters.whole(self.weight))], None, Finish::Linear)
     }
 }
 

@@ -63,9 +63,9 @@ impl LatentNet {
     fn two<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, x: &Matrix, layers: &Perceptron) -> Matrix {
         let rows = x.shape().0;
         let (weight, bias) = self.parameters.layer(layers.first);
-        let inner = dense(record, rows, &[(x, weight, 0)], Some(bias), Finish::Squareplus);
+        let inner = dense(record, rows, &[(x, weight)], Some(bias), Finish::Squareplus);
         let (weight, bias) = self.parameters.layer(layers.last);
-        dense(record, rows, &[(&inner, weight, 0)], Some(bias), Finish::Linear)
+        dense(record, rows, &[(&inner, weight)], Some(bias), Finish::Linear)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Messages of one edge kind, aggregated at their receivers, as one operation.
 use super::aggregation::{Aggregation, Winners};
 use super::input::Links;
-use super::product::{Block, multiply, multiply_add};
+use super::part::Part;
 use super::record::{Matrix, Record, Wanted, add_rows, entries, gradient, taken};
 use super::squareplus::{slope, squareplus};
 use dfdx::prelude::{Cpu, HasShape, Tape};
@@ -13,10 +13,18 @@ const BLOCK: usize = 192;
 /// The weights of an edge network up to its last hidden layer.
 #[derive(Clone)]
 pub(super) struct Weights {
-    /// (2 W + features, W): rows for the receiver, the sender and the edge.
-    pub(super) first: (Matrix, Matrix),
+    /// (W, W), the first layer's rows that meet the receiver.
+    pub(super) receiver: Part,
+    /// (W, W), those that meet the sender.
+    pub(super) sender: Part,
+    /// (features, W), those that meet the edge.
+    pub(super) edge: Part,
+    /// (1, W).
+    pub(super) first_bias: Matrix,
     /// (W, W).
-    pub(super) hidden: (Matrix, Matrix),
+    pub(super) hidden: Part,
+    /// (1, W).
+    pub(super) hidden_bias: Matrix,
 }
 
 /// One kind's edges as matrices.
@@ -45,12 +53,11 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let width = nodes.shape().1;
     let count = edges.links.len();
     let span = edges.links.span();
-    let parts = Parts::new(entries(&weights.first.0), width);
     let mut received = vec![0.0; rows * width];
-    received.chunks_exact_mut(width).for_each(|row| row.copy_from_slice(entries(&weights.first.1)));
-    multiply_add(Block::new(&entries(nodes)[..rows * width], width), parts.receiver, &mut received);
+    received.chunks_exact_mut(width).for_each(|row| row.copy_from_slice(entries(&weights.first_bias)));
+    weights.receiver.multiply_add(&entries(nodes)[..rows * width], &mut received);
     let mut sent = vec![0.0; span.len() * width];
-    multiply(Block::new(&entries(nodes)[span.start * width..span.end * width], width), parts.sender, &mut sent);
+    weights.sender.multiply(&entries(nodes)[span.start * width..span.end * width], &mut sent);
 
     let kept = if T::OWNS_TAPE { count } else { count.min(BLOCK) };
     let (mut first, mut hidden) = (vec![0.0; kept * width], vec![0.0; kept * width]);
@@ -60,13 +67,13 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         let end = count.min(start + BLOCK);
         let place = if T::OWNS_TAPE { start * width..end * width } else { 0..(end - start) * width };
         let (first, hidden) = (&mut first[place.clone()], &mut hidden[place]);
-        multiply(edges.feature_rows(start, end), parts.edge, first);
+        weights.edge.multiply(edges.feature_rows(start, end), first);
         for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.links.pairs(start, end)) {
             let (to, from) = (&received[i * width..][..width], &sent[(j - span.start) * width..][..width]);
             row.iter_mut().zip(to.iter().zip(from)).for_each(|(x, (p, q))| *x = squareplus(*x + p + q));
         }
-        multiply(Block::new(first, width), Block::new(entries(&weights.hidden.0), width), hidden);
-        let bias = entries(&weights.hidden.1);
+        weights.hidden.multiply(first, hidden);
+        let bias = entries(&weights.hidden_bias);
         let window = &entries(&edges.window)[start..end];
         let rows = hidden.chunks_exact_mut(width).zip(edges.links.pairs(start, end)).zip(window);
         for (e, ((row, (i, _)), w)) in (start..).zip(rows) {
@@ -92,7 +99,6 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let (nodes, edges, weights) = (nodes.clone(), edges.clone(), weights.clone());
     tape.add_backward_op(move |grads| {
         let at = taken!(grads, &ghost);
-        let parts = Parts::new(entries(&weights.first.0), width);
         let inner = edges.features.shape().1;
         let (mut at_received, mut at_sent) = (vec![0.0; rows * width], vec![0.0; span.len() * width]);
         let mut scratch = vec![0.0; 2 * count.min(BLOCK) * width];
@@ -119,12 +125,11 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                 *at_w += scale * dot(sum, z);
                 row.iter_mut().zip(sum.iter().zip(z)).for_each(|(d, (g, z))| *d = w * g * slope(*z));
             }
-            let delta = Block::new(outer, width);
             if wanted == Wanted::InputsAndWeights {
-                multiply_add(Block::new(first, width).transposed(), delta, gradient(grads, &weights.hidden.0)?);
-                add_rows(outer, gradient(grads, &weights.hidden.1)?);
+                weights.hidden.learn(first, outer, grads)?;
+                add_rows(outer, gradient(grads, &weights.hidden_bias)?);
             }
-            multiply(delta, Block::new(entries(&weights.hidden.0), width).transposed(), lower);
+            weights.hidden.pull(outer, lower);
             let pairs = edges.links.pairs(start, end);
             for ((row, z), (i, j)) in lower.chunks_exact_mut(width).zip(first.chunks_exact(width)).zip(pairs) {
                 let to = &mut at_received[i * width..][..width];
@@ -135,55 +140,30 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                     *q += *d;
                 }
             }
-            let delta = Block::new(lower, width);
-            let at_features = &mut gradient(grads, &edges.features)?[start * inner..end * inner];
-            multiply_add(delta, parts.edge.transposed(), at_features);
+            weights.edge.pull_add(lower, &mut gradient(grads, &edges.features)?[start * inner..end * inner]);
             if wanted == Wanted::InputsAndWeights {
-                let at_weight = &mut gradient(grads, &weights.first.0)?[2 * width * width..];
-                multiply_add(edges.feature_rows(start, end).transposed(), delta, at_weight);
+                weights.edge.learn(edges.feature_rows(start, end), lower, grads)?;
             }
         }
-        let (to, from) = (Block::new(&at_received, width), Block::new(&at_sent, width));
         let senders = span.start * width..span.end * width;
         let at_nodes = gradient(grads, &nodes)?;
-        multiply_add(to, parts.receiver.transposed(), &mut at_nodes[..rows * width]);
-        multiply_add(from, parts.sender.transposed(), &mut at_nodes[senders.clone()]);
+        weights.receiver.pull_add(&at_received, &mut at_nodes[..rows * width]);
+        weights.sender.pull_add(&at_sent, &mut at_nodes[senders.clone()]);
         if wanted == Wanted::InputsAndWeights {
             let h = entries(&nodes);
-            let at_weight = gradient(grads, &weights.first.0)?;
-            let (at_receiver, rest) = at_weight.split_at_mut(width * width);
-            multiply_add(Block::new(&h[..rows * width], width).transposed(), to, at_receiver);
-            multiply_add(Block::new(&h[senders], width).transposed(), from, &mut rest[..width * width]);
-            add_rows(&at_received, gradient(grads, &weights.first.1)?);
+            weights.receiver.learn(&h[..rows * width], &at_received, grads)?;
+            weights.sender.learn(&h[senders], &at_sent, grads)?;
+            add_rows(&at_received, gradient(grads, &weights.first_bias)?);
         }
         Ok(())
     });
     out
 }
 
-/// The rows of the first layer's weights that meet the receiver, the sender and the edge.
-struct Parts<'a> {
-    receiver: Block<'a>,
-    sender: Block<'a>,
-    edge: Block<'a>,
-}
-
-impl<'a> Parts<'a> {
-    fn new(weight: &'a [f32], width: usize) -> Self {
-        let square = width * width;
-        let part = |data| Block::new(data, width);
-        Self {
-            receiver: part(&weight[..square]),
-            sender: part(&weight[square..2 * square]),
-            edge: part(&weight[2 * square..]),
-        }
-    }
-}
-
 impl EdgeInput {
-    fn feature_rows(&self, start: usize, end: usize) -> Block<'_> {
+    fn feature_rows(&self, start: usize, end: usize) -> &[f32] {
         let inner = self.features.shape().1;
-        Block::new(&entries(&self.features)[start * inner..end * inner], inner)
+        &entries(&self.features)[start * inner..end * inner]
     }
 }
 

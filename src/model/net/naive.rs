@@ -1,6 +1,6 @@
 //! The same network written with nothing but dfdx's own operations, on concatenated rows and dense incidence matrices.
 use super::input::{EDGE_FEATURES, NODE_FEATURES};
-use super::{Aggregation, Architecture, Edges, Input, Links, Network, Sharing};
+use super::{Aggregation, Architecture, Edges, Input, Links, Network, Precision, Sharing};
 use dfdx::prelude::*;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -251,4 +251,31 @@ fn an_untrained_network_is_exactly_zero_and_trainable() {
     assert!(weights.iter().any(|g| g.abs() > 1e-3));
     assert_eq!(fresh.weights(), Network::new(trained.architecture().clone(), 9).weights());
     assert_ne!(fresh.weights(), Network::new(trained.architecture().clone(), 10).weights());
+}
+
+#[test]
+fn rounded_products_are_near_and_so_are_their_derivatives() {
+    let input = input([300, 70, 9], [40, 40, 61]);
+    let exact = network(Sharing::Shared, 24);
+    let mut rounded = network(Sharing::Shared, 24).in_precision(Precision::Bfloat16);
+    let at = cotangent(3 * input.particles);
+    let near = |a: &[f32], b: &[f32]| {
+        let gap = gap(a, b);
+        // Six products on the way, each factor wrong by at most 2⁻⁹.
+        assert!(gap > 0.0 && gap < 12.0 / 512.0, "{gap}");
+    };
+    near(&rounded.forward(input.clone()), &exact.forward(input.clone()));
+    let ((_, to), (_, from)) = (rounded.pull(input.clone(), &at, &mut []), exact.pull(input.clone(), &at, &mut []));
+    near(&to.nodes, &from.nodes);
+    to.edges.iter().zip(&from.edges).for_each(|(to, from)| near(&to.features, &from.features));
+
+    let [mut of_rounded, mut of_exact] = [0; 2].map(|_| vec![0.0; exact.weights().len()]);
+    rounded.pull(input.clone(), &at, &mut of_rounded);
+    exact.pull(input.clone(), &at, &mut of_exact);
+    assert_eq!(of_rounded, of_exact, "training rounds nothing");
+
+    let halves: Vec<f32> = exact.weights().iter().map(|w| 0.5 * w).collect();
+    let before = rounded.forward(input.clone());
+    rounded.set_weights(&halves);
+    assert!(gap(&rounded.forward(input), &before) > 0.1, "new weights are rounded anew");
 }

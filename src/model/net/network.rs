@@ -4,10 +4,15 @@ use super::dense::{Finish, dense};
 use super::input::{EDGE_FEATURES, Edges, EdgesGrad, Input, InputGrad};
 use super::message::{EdgeInput, Weights, message};
 use super::parameters::{Parameters, Perceptron};
+use super::part::Part;
+use super::precision::Precision;
 use super::record::{Matrix, Record, Wanted, entries};
+use super::rounded::Rounded;
 use super::weights::{load, save};
 use dfdx::prelude::{Cpu, CpuError, Gradients, HasShape, NoneTape, OwnedTape, Tape};
+use std::ops::Range;
 use std::path::Path;
+use std::sync::{Arc, OnceLock};
 
 /// A typed message-passing network: nodes and edges in, three numbers a particle out.
 #[derive(Clone, Debug)]
@@ -15,6 +20,9 @@ pub struct Network {
     architecture: Architecture,
     layout: Layout,
     weights: Parameters,
+    precision: Precision,
+    /// Of every weight matrix of W columns its blocks of as many rows, rounded when first asked for.
+    rounded: OnceLock<Vec<Vec<Arc<Rounded>>>>,
 }
 
 /// How many rows, from the first, get an output, and how many get messages.
@@ -33,7 +41,13 @@ impl Network {
     /// A network whose weights are drawn from the stream of `seed`; its output is zero until the last layer is trained.
     pub fn new(architecture: Architecture, seed: u64) -> Self {
         let (slots, layout) = architecture.layout();
-        Self { architecture, layout, weights: Parameters::new(slots, seed) }
+        let weights = Parameters::new(slots, seed);
+        Self { architecture, layout, weights, precision: Precision::default(), rounded: OnceLock::new() }
+    }
+
+    /// The same, predicting in this precision.
+    pub fn in_precision(self, precision: Precision) -> Self {
+        Self { precision, ..self }
     }
 
     /// What fixes the shapes of the weights.
@@ -58,6 +72,7 @@ impl Network {
     /// When their number is not [`Architecture::weight_count`].
     pub fn set_weights(&mut self, weights: &[f32]) {
         self.weights.replace(weights);
+        self.rounded = OnceLock::new();
     }
 
     /// Each weight matrix with its name and shape, in the order of the flat list.
@@ -81,7 +96,7 @@ impl Network {
     /// another architecture; the weights are then left as they were.
     pub fn load(&mut self, path: &Path) -> anyhow::Result<()> {
         let weights = load(&self.weights, &self.architecture, path)?;
-        self.weights.replace(&weights);
+        self.set_weights(&weights);
         Ok(())
     }
 
@@ -146,33 +161,40 @@ impl Network {
         edges: &[EdgeInput],
         round: &Round,
     ) -> Matrix {
-        let pair = |(weight, bias): (usize, usize)| (self.weights[weight].clone(), self.weights[bias].clone());
+        let width = self.architecture.width;
         let mut sums = Vec::new();
         for (network, edges) in round.edges.iter().zip(edges) {
             if !edges.links.is_empty() {
-                let weights = Weights { first: pair(network.first), hidden: pair(network.hidden) };
+                let first = |rows| self.part(record.wanted, network.first.0, rows);
+                let weights = Weights {
+                    receiver: first(0..width),
+                    sender: first(width..2 * width),
+                    edge: first(2 * width..2 * width + EDGE_FEATURES),
+                    first_bias: self.weights[network.first.1].clone(),
+                    hidden: self.part(record.wanted, network.hidden.0, 0..width),
+                    hidden_bias: self.weights[network.hidden.1].clone(),
+                };
                 let sum = message(record, receivers, nodes, edges, &weights, self.architecture.aggregation);
-                sums.push((sum, &self.weights[network.last]));
+                sums.push((sum, self.part(record.wanted, network.last, 0..width)));
             }
         }
-        let width = self.architecture.width;
-        let (weight, bias) = self.weights.layer(round.update.first);
-        let bias = Some(bias);
+        let (weight, bias) = round.update.first;
+        let own = self.part(record.wanted, weight, 0..width);
+        let bias = Some(&self.weights[bias]);
         // Without edges the sum of messages is exactly zero and its product is left out.
         let inner = if sums.is_empty() {
-            dense(record, receivers, &[(nodes, weight, 0)], bias, Finish::Squareplus)
+            dense(record, receivers, &[(nodes, own)], bias, Finish::Squareplus)
         } else {
-            let terms: Vec<_> = sums.iter().map(|(sum, last)| (sum, *last, 0)).collect();
+            let terms: Vec<_> = sums.iter().map(|(sum, last)| (sum, last.clone())).collect();
             let aggregate = dense(record, receivers, &terms, None, Finish::Linear);
-            let terms = [(nodes, weight, 0), (&aggregate, weight, width)];
+            let terms = [(nodes, own), (&aggregate, self.part(record.wanted, weight, width..2 * width))];
             dense(record, receivers, &terms, bias, Finish::Squareplus)
         };
         self.last(record, receivers, &inner, &round.update, Finish::Onto(nodes))
     }
 
     fn layer<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: usize, x: &Matrix, p: &Perceptron) -> Matrix {
-        let (weight, bias) = self.weights.layer(p.first);
-        dense(record, rows, &[(x, weight, 0)], Some(bias), Finish::Squareplus)
+        self.affine(record, rows, x, p.first, Finish::Squareplus)
     }
 
     fn last<T: Tape<f32, Cpu>>(
@@ -183,8 +205,41 @@ impl Network {
         p: &Perceptron,
         finish: Finish<'_>,
     ) -> Matrix {
-        let (weight, bias) = self.weights.layer(p.last);
-        dense(record, rows, &[(x, weight, 0)], Some(bias), finish)
+        self.affine(record, rows, x, p.last, finish)
+    }
+
+    fn affine<T: Tape<f32, Cpu>>(
+        &self,
+        record: &mut Record<T>,
+        rows: usize,
+        x: &Matrix,
+        (weight, bias): (usize, usize),
+        finish: Finish<'_>,
+    ) -> Matrix {
+        let part = self.part(record.wanted, weight, 0..x.shape().1);
+        dense(record, rows, &[(x, part)], Some(&self.weights[bias]), finish)
+    }
+
+    /// Some rows of a weight matrix, rounded where the precision says so and both sides of it are hidden layers.
+    fn part(&self, wanted: Wanted, weight: usize, rows: Range<usize>) -> Part {
+        let width = self.architecture.width;
+        let rounded = match (self.precision, wanted) {
+            (Precision::Bfloat16, Wanted::Inputs) if rows.len() == width => {
+                let blocks = &self.rounded.get_or_init(|| self.round_off())[weight];
+                blocks.get(rows.start / width).cloned()
+            }
+            _ => None,
+        };
+        self.weights.part(weight, rows).with(rounded)
+    }
+
+    fn round_off(&self) -> Vec<Vec<Arc<Rounded>>> {
+        let width = self.architecture.width;
+        let blocks = |(_, (_, columns), weight): (&str, (usize, usize), &[f32])| -> Vec<Arc<Rounded>> {
+            let own = if columns == width { weight } else { &[] };
+            own.chunks_exact(width * width).map(|block| Arc::new(Rounded::new(block, width))).collect()
+        };
+        self.weights.named().map(blocks).collect()
     }
 
     fn leaves<T: Tape<f32, Cpu>>(&self, record: &Record<T>, input: Input) -> (Rows, Leaves) {

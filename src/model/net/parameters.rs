@@ -1,10 +1,11 @@
 //! The weights of a network: matrices by name, how they start, and the one flat list that training sees.
+use super::part::Part;
 use super::record::{Matrix, entries};
 use dfdx::prelude::{Cpu, CpuError, Gradients, TensorFromVec};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use std::ops::Index;
+use std::ops::{Index, Range};
 
 /// One weight matrix (a bias is a matrix of one row).
 #[derive(Clone, Debug, PartialEq)]
@@ -127,9 +128,19 @@ impl Parameters {
         self.slots.0.iter().zip(&self.matrices).map(|(slot, w)| (slot.name.as_str(), slot.shape, entries(w)))
     }
 
-    /// A layer's weight and bias.
-    pub(super) fn layer(&self, (weight, bias): (usize, usize)) -> (&Matrix, &Matrix) {
-        (&self[weight], &self[bias])
+    /// A layer's weight, whole, and its bias.
+    pub(super) fn layer(&self, (weight, bias): (usize, usize)) -> (Part, &Matrix) {
+        (self.whole(weight), &self[bias])
+    }
+
+    /// Those rows of a weight matrix.
+    pub(super) fn part(&self, weight: usize, rows: Range<usize>) -> Part {
+        Part::new(&self[weight], rows)
+    }
+
+    /// All of a weight matrix.
+    pub(super) fn whole(&self, weight: usize) -> Part {
+        self.part(weight, 0..self.slots.0[weight].shape.0)
     }
 
     /// Adds the weights' gradients to `out`, laid out as [`Self::flat`], unless that slice is empty.

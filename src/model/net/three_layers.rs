@@ -27,15 +27,18 @@ impl ThreeLayers {
         finish: Finish<'_>,
     ) -> Matrix {
         let rows = inputs[0].shape().0;
-        let (weight, bias) = parameters.layer(self.0[0]);
-        let mut column = 0;
-        let beside = |x: &&'_ Matrix| (column, column += x.shape().1).0;
-        let columns: Vec<usize> = inputs.iter().map(beside).collect();
-        let terms: Vec<_> = inputs.iter().zip(columns).map(|(x, column)| (*x, weight, column)).collect();
-        let first = dense(record, rows, &terms, Some(bias), Finish::Squareplus);
+        let (weight, bias) = self.0[0];
+        let mut end = 0;
+        let terms = inputs.iter().map(|x| {
+            let start = end;
+            end += x.shape().1;
+            (*x, parameters.part(weight, start..end))
+        });
+        let terms: Vec<_> = terms.collect();
+        let first = dense(record, rows, &terms, Some(&parameters[bias]), Finish::Squareplus);
         let (weight, bias) = parameters.layer(self.0[1]);
-        let hidden = dense(record, rows, &[(&first, weight, 0)], Some(bias), Finish::Squareplus);
+        let hidden = dense(record, rows, &[(&first, weight)], Some(bias), Finish::Squareplus);
         let (weight, bias) = parameters.layer(self.0[2]);
-        dense(record, rows, &[(&hidden, weight, 0)], Some(bias), finish)
+        dense(record, rows, &[(&hidden, weight)], Some(bias), finish)
     }
 }

@@ -93,16 +93,16 @@ impl UNet {
         layer: (usize, usize),
     ) -> Matrix {
         let Resolution { cells, neighbourhoods, .. } = &self.resolutions[level];
-        let (weight, bias) = self.parameters.layer(layer);
+        let (weight, bias) = layer;
         let around: Vec<Matrix> = pictures.iter().map(|x| mix(record, x, neighbourhoods, SIDE * SIDE)).collect();
         let mut first = 0;
         let terms = around.iter().map(|x| {
-            let term = (x, weight, first);
-            first += columns(x);
-            term
+            let rows = first..first + columns(x);
+            first = rows.end;
+            (x, self.parameters.part(weight, rows))
         });
         let terms: Vec<_> = terms.collect();
-        dense(record, *cells, &terms, Some(bias), Finish::Squareplus)
+        dense(record, *cells, &terms, Some(&self.parameters[bias]), Finish::Squareplus)
     }
 }
 
@@ -132,7 +132,7 @@ impl Layers for UNet {
             picture = self.convolve(record, level, &[&picture], *last);
         }
         let (weight, bias) = self.parameters.layer(self.last);
-        dense(record, self.resolutions[0].cells, &[(&picture, weight, 0)], Some(bias), Finish::Linear)
+        dense(record, self.resolutions[0].cells, &[(&picture, weight)], Some(bias), Finish::Linear)
     }
 }
 
