@@ -9,6 +9,7 @@ fn spec(width: usize) -> LearnedSpec {
         history: 1,
         bodies: 1,
         constants: Default::default(),
+        precision: Default::default(),
         width,
         rounds: 2,
         sharing: Sharing::Shared,

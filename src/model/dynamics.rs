@@ -1,6 +1,7 @@
 //! What a model's author writes.
 use super::Checkpoints;
 use super::law::Message;
+use super::net::Wanted;
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Scene, SceneGrad, Snapshot};
 use rayon::prelude::*;
 use std::path::Path;
@@ -74,10 +75,27 @@ pub trait Dynamics: Send + Sync {
     }
 }
 
+/// [`Adjoint::step_vjp`] of the step that it was traced in, with what it would otherwise compute again.
+pub struct Traced<'a, S> {
+    /// Memory that it holds.
+    pub bytes: usize,
+    /// The derivative.
+    pub pull: TracedPull<'a, S>,
+}
+
+/// See [`Adjoint::step_vjp`].
+pub type TracedPull<'a, S> = Box<dyn FnOnce(&S, &Control, &[f64], &mut [f32]) -> (Vec<f64>, ControlGrad) + 'a>;
+
 /// Reverse-mode derivatives of a [`Dynamics`], one step at a time.
 pub trait Adjoint<S> {
     /// `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`; adds `∂J/∂weights` to `weights` unless that slice is empty.
     fn step_vjp(&self, state: &S, control: &Control, next: &[f64], weights: &mut [f32]) -> (Vec<f64>, ControlGrad);
+    /// What [`Dynamics::step`] gives and the wanted derivatives there, of a model whose [`Adjoint::step_vjp`] would compute much of the
+    /// step again; the same bits.
+    fn trace(&self, state: &S, control: &Control, wanted: Wanted) -> Option<(S, Traced<'_, S>)> {
+        let _ = (state, control, wanted);
+        None
+    }
     /// Paths into the model's config of the constants that it has derivatives by, such as `laws.contact.stiffness`.
     fn constants(&self) -> Vec<String> {
         Vec::new()

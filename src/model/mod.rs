@@ -21,7 +21,7 @@ mod unet;
 mod world_model;
 
 pub use checkpoints::Checkpoints;
-pub use dynamics::{Adjoint, Dynamics};
+pub use dynamics::{Adjoint, Dynamics, Traced, TracedPull};
 pub use latent::{CloudSpec, LatentSpec, TopSpec, ViewSpec};
 pub use linear::LinearSpec;
 pub use oracle::{Oracle, OracleSpec};

@@ -1,7 +1,8 @@
 //! What everyone but a model's author holds: rollouts and their gradients, written once for every [`Dynamics`].
-use super::backward::sweep;
+use super::backward::{Back, Step, sweep};
 use super::law::Message;
-use super::{Adjoint, Dynamics};
+use super::net::Wanted;
+use super::{Adjoint, Dynamics, Traced};
 use crate::state::{Control, ControlGrad, Particles, ParticlesGrad, Rollout, Scene, SceneGrad, Snapshot};
 use crate::tool::Motion;
 use rayon::prelude::*;
@@ -147,10 +148,7 @@ impl<D: Dynamics> WorldModel for D {
         truncation: usize,
     ) -> Option<ConstantGradient> {
         let mut constants = vec![0.0; WorldModel::constants(self).len()];
-        let pull = |adjoint: &dyn Adjoint<D::State>, x: &D::State, u: &Control, next: &[f64]| {
-            adjoint.constants_vjp(x, u, next, &mut constants)
-        };
-        let swept = sweep(self, scene, controls, cost, truncation, pull)?;
+        let swept = sweep(self, scene, controls, cost, truncation, Constants(&mut constants))?;
         Some(ConstantGradient { cost: swept.cost, constants })
     }
 
@@ -196,6 +194,36 @@ fn advance<'a, D: Dynamics>(
     (rollouts, states)
 }
 
+/// Goes back with `∂J/∂weights`, unless there are none.
+struct Weights<'a>(&'a mut [f32]);
+
+impl<S> Back<S> for Weights<'_> {
+    fn trace<'a>(&self, adjoint: &'a dyn Adjoint<S>, state: &S, control: &Control) -> Option<(S, Traced<'a, S>)> {
+        adjoint.trace(state, control, Wanted::of(self.0))
+    }
+
+    fn pull(&mut self, step: Step<'_, S>, next: &[f64]) -> (Vec<f64>, ControlGrad) {
+        let Step { adjoint, state, control, traced } = step;
+        match traced {
+            Some(traced) => (traced.pull)(state, control, next, self.0),
+            None => adjoint.step_vjp(state, control, next, self.0),
+        }
+    }
+}
+
+/// Goes back with `∂J/∂constants`.
+struct Constants<'a>(&'a mut [f64]);
+
+impl<S> Back<S> for Constants<'_> {
+    fn trace<'a>(&self, _: &'a dyn Adjoint<S>, _: &S, _: &Control) -> Option<(S, Traced<'a, S>)> {
+        None
+    }
+
+    fn pull(&mut self, step: Step<'_, S>, next: &[f64]) -> (Vec<f64>, ControlGrad) {
+        step.adjoint.constants_vjp(step.state, step.control, next, self.0)
+    }
+}
+
 fn with_weights<D: Dynamics>(
     model: &D,
     scene: &Scene,
@@ -203,10 +231,7 @@ fn with_weights<D: Dynamics>(
     cost: &dyn Cost,
     mut weights: Vec<f32>,
 ) -> Option<Gradient> {
-    let pull = |adjoint: &dyn Adjoint<D::State>, x: &D::State, u: &Control, next: &[f64]| {
-        adjoint.step_vjp(x, u, next, &mut weights)
-    };
-    let swept = sweep(model, scene, controls, cost, controls.len(), pull)?;
+    let swept = sweep(model, scene, controls, cost, controls.len(), Weights(&mut weights))?;
     let scene = model.adjoint()?.encode_vjp(&swept.start, &swept.at_start, &mut weights);
     Some(Gradient { cost: swept.cost, scene, controls: swept.controls, weights })
 }

@@ -3,7 +3,7 @@ use glam::{DQuat, DVec3};
 use indexmap::IndexMap;
 use pliant::graph::{EDGE_KINDS, EdgeSet, Graph, GraphSpec, Nodes, Roots, Skeleton};
 use pliant::model::law::{FrameSpec, History, Law, Learned, LearnedSpec, View};
-use pliant::model::net::{Aggregation, Sharing};
+use pliant::model::net::{Aggregation, Precision, Sharing};
 use pliant::state::{Constants, Part, Particles, Pose, Solid, SurfacePoint, ToolShape, Twist, Wall};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -154,6 +154,7 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         radius: RADIUS,
         scale: SCALE,
         frame: FrameSpec::default(),
+        precision: Precision::default(),
         seed: 1,
         weights: None,
     }

@@ -1,8 +1,8 @@
 //! A network as a law: what moves a particle beyond what anyone wrote down.
 use super::frame::{Frame, FrameSpec, Seen};
-use super::{Law, Rate, View, ViewGrad};
+use super::{Law, Rate, Traced, View, ViewGrad};
 use crate::graph::kinds_named;
-use crate::model::net::{Aggregation, Architecture, Features, Network, Precision, Sharing};
+use crate::model::net::{self, Aggregation, Architecture, Features, Links, Network, Precision, Sharing, Wanted};
 use crate::state::{MEMORY, ParticlesGrad, PoseGrad, Scene, Twist};
 use anyhow::ensure;
 use glam::DVec3;
@@ -117,6 +117,51 @@ impl Learned {
     }
 }
 
+/// What the network said about a view in the law's frame, and who heard whom.
+struct Looked<'a> {
+    network: net::Traced<'a>,
+    links: Vec<Arc<Links>>,
+}
+
+impl Learned {
+    fn look(&self, inside: &View<'_>, wanted: Wanted) -> Looked<'_> {
+        let input = self.features.input(inside);
+        let links = input.edges.iter().map(|e| Arc::clone(&e.links)).collect();
+        Looked { network: self.network.trace(input, wanted), links }
+    }
+}
+
+impl Looked<'_> {
+    /// See [`Law::accelerate_vjp`], at the view that was looked at.
+    fn pull(self, law: &Learned, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        let (unit, frame) = (law.unit(view), Frame::of(law.frame, view));
+        let mut output = vec![DVec3::ZERO; view.particles.len()];
+        frame.add(unit, self.network.output(), &mut output);
+        let at_output: Vec<f32> = out.iter().flat_map(|g| frame.enter(unit * *g).as_vec3().to_array()).collect();
+        let at_input = self.network.pull(&at_output, grad.weights);
+        let mut inner = ViewGrad {
+            particles: ParticlesGrad::zero(view.particles.len()),
+            past: vec![vec![DVec3::ZERO; view.particles.len()]; view.past.len()],
+            poses: vec![PoseGrad::default(); view.poses.len()],
+            twists: vec![Twist::default(); view.twists.len()],
+            history: Vec::new(),
+            weights: &mut [],
+        };
+        let seen = frame.see(view);
+        let normals = law.features.pull(&within(view, &seen), &self.links, &at_input, &mut inner);
+        frame.pull(view, &output, out, &inner, &normals, grad);
+    }
+}
+
+impl Frame {
+    /// Adds rows of the frame, `unit` times, to vectors of the world.
+    fn add(&self, unit: f64, rows: &[f32], out: &mut [DVec3]) {
+        for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
+            *a += self.leave(unit * glam::Vec3::from_slice(row).as_dvec3());
+        }
+    }
+}
+
 impl Law for Learned {
     fn rate(&self) -> Rate {
         Rate::Step
@@ -156,30 +201,26 @@ impl Law for Learned {
         let (unit, frame) = (self.unit(view), Frame::of(self.frame, view));
         let seen = frame.see(view);
         let rows = self.network.forward(self.features.input(&within(view, &seen)));
-        for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
-            *a += frame.leave(unit * vector(row));
-        }
+        frame.add(unit, &rows, out);
     }
 
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>) {
+        let wanted = Wanted::of(grad.weights);
+        let frame = Frame::of(self.frame, view);
+        self.look(&within(view, &frame.see(view)), wanted).pull(self, view, out, grad);
+    }
+
+    fn trace(&self, view: &View<'_>, wanted: Wanted, out: &mut [DVec3]) -> Option<Traced<'_>> {
+        if self.network.is_silent() {
+            return None;
+        }
         let (unit, frame) = (self.unit(view), Frame::of(self.frame, view));
-        let seen = frame.see(view);
-        let inside = within(view, &seen);
-        let input = self.features.input(&inside);
-        let links: Vec<_> = input.edges.iter().map(|e| Arc::clone(&e.links)).collect();
-        let at_output: Vec<f32> = out.iter().flat_map(|g| frame.enter(unit * *g).as_vec3().to_array()).collect();
-        let (output, at_input) = self.network.pull(input, &at_output, grad.weights);
-        let mut inner = ViewGrad {
-            particles: ParticlesGrad::zero(view.particles.len()),
-            past: vec![vec![DVec3::ZERO; view.particles.len()]; view.past.len()],
-            poses: vec![PoseGrad::default(); view.poses.len()],
-            twists: vec![Twist::default(); view.twists.len()],
-            history: Vec::new(),
-            weights: &mut [],
-        };
-        let normals = self.features.pull(&inside, &links, &at_input, &mut inner);
-        let output: Vec<DVec3> = output.chunks_exact(3).map(|row| frame.leave(unit * vector(row))).collect();
-        frame.pull(view, &output, out, &inner, &normals, grad);
+        let looked = self.look(&within(view, &frame.see(view)), wanted);
+        frame.add(unit, looked.network.output(), out);
+        Some(Traced {
+            bytes: looked.network.bytes(),
+            pull: Box::new(|view, out, grad| looked.pull(self, view, out, grad)),
+        })
     }
 
     fn weights(&self) -> Vec<f32> {
@@ -207,8 +248,4 @@ fn one() -> usize {
 
 fn is_one(count: &usize) -> bool {
     *count == one()
-}
-
-fn vector(row: &[f32]) -> DVec3 {
-    glam::Vec3::from_slice(row).as_dvec3()
 }

@@ -1,4 +1,5 @@
 //! Laws: whatever accelerates a particle. Written or learned, they look the same, and a hybrid is a list of both.
+use super::net::Wanted;
 use crate::graph::Graph;
 use crate::state::{Constants, Particles, ParticlesGrad, Pose, PoseGrad, Scene, ToolShape, Twist, Wall};
 use glam::DVec3;
@@ -73,6 +74,17 @@ pub struct ViewGrad<'a> {
     pub weights: &'a mut [f32],
 }
 
+/// [`Law::accelerate_vjp`] at the view that it was traced at, with what it would otherwise compute again.
+pub struct Traced<'a> {
+    /// Memory that it holds.
+    pub bytes: usize,
+    /// The derivative.
+    pub pull: TracedPull<'a>,
+}
+
+/// See [`Law::accelerate_vjp`].
+pub type TracedPull<'a> = Box<dyn FnOnce(&View<'_>, &[DVec3], &mut ViewGrad<'_>) + 'a>;
+
 /// How often a law is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rate {
@@ -115,6 +127,11 @@ pub trait Law: Send + Sync {
     fn accelerate(&self, view: &View<'_>, out: &mut [DVec3]);
     /// Adds `∂J/∂view` to `grad`, from `∂J/∂acceleration`.
     fn accelerate_vjp(&self, view: &View<'_>, out: &[DVec3], grad: &mut ViewGrad<'_>);
+    /// As [`Law::accelerate`], with the wanted derivatives there from a law of [`Rate::Step`] which would compute much of it again for them.
+    fn trace(&self, view: &View<'_>, _: Wanted, out: &mut [DVec3]) -> Option<Traced<'_>> {
+        self.accelerate(view, out);
+        None
+    }
     /// Names of the constants that it has derivatives by, as its config names them.
     fn constants(&self) -> Vec<&str> {
         Vec::new()

@@ -59,14 +59,6 @@ pub struct EdgesGrad {
     pub window: Vec<f32>,
 }
 
-impl InputGrad {
-    /// Zero everywhere, shaped like `input`.
-    pub(super) fn zero(input: &Input) -> Self {
-        let edge = |e: &Edges| EdgesGrad { features: vec![0.0; e.features.len()], window: vec![0.0; e.window.len()] };
-        Self { nodes: vec![0.0; input.nodes.len()], edges: input.edges.iter().map(edge).collect() }
-    }
-}
-
 impl Links {
     /// Number of edges E.
     pub fn len(&self) -> usize {

@@ -72,7 +72,7 @@ pub(crate) fn pull(
     if at_output.is_empty() {
         return (Vec::new(), inputs.iter().map(|(rows, _)| vec![0.0; rows.len()]).collect());
     }
-    let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
+    let wanted = Wanted::of(weights);
     let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
     let inputs: Vec<Matrix> = inputs.into_iter().map(|(rows, columns)| record.matrix(rows, columns)).collect();
     let output = layers.run(&mut record, &inputs);

@@ -50,8 +50,9 @@ pub(crate) use latent::{
 pub(crate) use layers::{Layers, Trainable, forward, pull};
 pub(crate) use mixing::Mixing;
 pub(crate) use multilayer_perceptron::Stack;
-pub use network::Network;
+pub use network::{Network, Traced};
 pub(crate) use picture::Size;
 pub(crate) use point_net::{Judge, PointNet, PointNetArchitecture};
 pub use precision::Precision;
+pub use record::Wanted;
 pub(crate) use unet::{UNet, UNetArchitecture};

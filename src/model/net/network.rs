@@ -37,6 +37,54 @@ struct Leaves {
     edges: Vec<EdgeInput>,
 }
 
+/// The output of a [`Network`], and all that its derivatives need.
+pub struct Traced<'a> {
+    network: &'a Network,
+    record: Record<OwnedTape<f32, Cpu>>,
+    leaves: Leaves,
+    output: Matrix,
+}
+
+impl Traced<'_> {
+    /// (N, 3) row-major.
+    pub fn output(&self) -> &[f32] {
+        entries(&self.output)
+    }
+
+    /// Memory that it holds, but for what is small: of every edge two hidden layers a round, of every node four layers a round.
+    pub fn bytes(&self) -> usize {
+        let Architecture { width, rounds, .. } = self.network.architecture;
+        let edges: usize = self.leaves.edges.iter().map(|edges| edges.links.len()).sum();
+        size_of::<f32>() * width * rounds * (2 * edges + 4 * self.leaves.nodes.shape().0)
+    }
+
+    /// `∂J/∂input` from `∂J/∂output`, (N, 3); adds `∂J/∂weights` to `weights` unless that slice is empty.
+    ///
+    /// # Panics
+    /// When weights' derivatives are asked for that were not wanted.
+    pub fn pull(self, at_output: &[f32], weights: &mut [f32]) -> InputGrad {
+        let Self { network, record, leaves, output } = self;
+        assert!(
+            weights.is_empty() || record.wanted == Wanted::InputsAndWeights,
+            "weights' derivatives were not wanted"
+        );
+        if at_output.is_empty() {
+            return leaves.zero();
+        }
+        let mut grads = record.backward(output, at_output);
+        let grad = network.collect(&mut grads, &leaves, weights);
+        grad.expect("gradients of tensors that were just used fit in memory")
+    }
+}
+
+impl Leaves {
+    fn zero(&self) -> InputGrad {
+        let zero = |x: &Matrix| vec![0.0; entries(x).len()];
+        let edge = |e: &EdgeInput| EdgesGrad { features: zero(&e.features), window: zero(&e.window) };
+        InputGrad { nodes: zero(&self.nodes), edges: self.edges.iter().map(edge).collect() }
+    }
+}
+
 impl Network {
     /// A network whose weights are drawn from the stream of `seed`; its output is zero until the last layer is trained.
     pub fn new(architecture: Architecture, seed: u64) -> Self {
@@ -109,17 +157,17 @@ impl Network {
 
     /// The output and `∂J/∂input` from `∂J/∂output`, (N, 3) both; adds `∂J/∂weights` to `weights` unless that slice is empty.
     pub fn pull(&self, input: Input, at_output: &[f32], weights: &mut [f32]) -> (Vec<f32>, InputGrad) {
-        if input.particles == 0 {
-            return (Vec::new(), InputGrad::zero(&input));
-        }
-        let wanted = if weights.is_empty() { Wanted::Inputs } else { Wanted::InputsAndWeights };
+        let wanted = Wanted::of(weights);
+        let traced = self.trace(input, wanted);
+        (traced.output().to_vec(), traced.pull(at_output, weights))
+    }
+
+    /// The output, with what its derivatives need.
+    pub fn trace(&self, input: Input, wanted: Wanted) -> Traced<'_> {
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
         let (rows, leaves) = self.leaves(&record, input);
         let output = self.run(&mut record, &rows, &leaves);
-        let rows = entries(&output).to_vec();
-        let mut grads = record.backward(output, at_output);
-        let grad = self.collect(&mut grads, &leaves, weights);
-        (rows, grad.expect("gradients of tensors that were just used fit in memory"))
+        Traced { network: self, record, leaves, output }
     }
 
     fn collect(

@@ -3,7 +3,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Numbers that the factors of products between hidden layers are rounded to where nothing is trained: in predictions, and in their
-/// derivatives by the input. Training is always in f32.
+/// derivatives by the input. What weights' derivatives go back through is in f32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {

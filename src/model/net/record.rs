@@ -8,11 +8,18 @@ pub(crate) type Matrix<T = NoneTape> = Tensor<(usize, usize), f32, Cpu, T>;
 
 /// Which derivatives a backward sweep should compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Wanted {
+pub enum Wanted {
     /// Of inputs alone: planning.
     Inputs,
     /// Of inputs and weights: training.
     InputsAndWeights,
+}
+
+impl Wanted {
+    /// What is wanted by who adds weights' derivatives to `weights`, empty where nobody asks.
+    pub(crate) fn of(weights: &[f32]) -> Self {
+        if weights.is_empty() { Self::Inputs } else { Self::InputsAndWeights }
+    }
 }
 
 /// A tape and what is wanted from it; with `NoneTape` operations save nothing.

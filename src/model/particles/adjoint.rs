@@ -3,9 +3,10 @@ use super::backward::{Backward, Owned};
 use super::interval::Interval;
 use super::tape::Tape;
 use super::{ParticleModel, ParticleState};
-use crate::model::Adjoint;
 use crate::model::cotangent::StateGrad;
-use crate::model::law::{History, Rate};
+use crate::model::law::{self, History, Rate};
+use crate::model::net::Wanted;
+use crate::model::{Adjoint, Traced};
 use crate::state::{Control, ControlGrad, ParticlesGrad, SceneGrad};
 use glam::DVec3;
 
@@ -20,24 +21,22 @@ impl ParticleModel {
         self.laws(Rate::Substep).next().is_some() || !state.rigid.is_empty() || !self.corrections.is_empty()
     }
 
+    /// From the end of `interval`, whose held laws left these traces.
+    ///
     /// The corrections first, then the substeps, whose held accelerations collect `Σ λ_a` that is pulled back once; constants collect
     /// `(∂a/∂c)ᵀ λ_a`.
     fn pull(
         &self,
-        state: &ParticleState,
-        control: &Control,
+        interval: &Interval<'_>,
+        traced: Vec<Option<law::Traced<'_>>>,
         next: &[f64],
         mut owned: Owned<'_>,
     ) -> (Vec<f64>, ControlGrad) {
+        let state = interval.state;
         let count = state.particles.len();
-        let mut interval = Interval::unasked(self, state, control);
-        // A network is the dearest law: it is not asked again for what no derivative depends on.
-        if self.looks_within(state) || !owned.constants.is_empty() {
-            interval.hold();
-        }
         let mut tape = Tape::default();
         let mut given = Vec::new();
-        let (predicted, histories) = self.integrator.advance(&interval, Some(&mut tape));
+        let (predicted, histories) = self.integrator.advance(interval, Some(&mut tape));
         interval.correct(predicted, Some(&mut given));
         let (next, mut remembered) = next.split_at(next.len() - numbers(&histories));
 
@@ -45,7 +44,7 @@ impl ParticleModel {
         // The next state remembers this one's velocities first, and then what this one does.
         newer.push(vec![DVec3::ZERO; count]);
         let velocities = newer.remove(0);
-        let mut back = Backward::new(&interval, particles, newer, to);
+        let mut back = Backward::new(interval, particles, newer, to);
         back.histories = histories
             .iter()
             .map(|history| remembered.split_off(..history.values().len()).unwrap_or_default().to_vec())
@@ -53,7 +52,7 @@ impl ParticleModel {
         let start = back.corrections(&given, owned.weights);
         let mut at_held = vec![DVec3::ZERO; count];
         self.integrator.pull(&mut back, &tape, &mut at_held, &mut owned);
-        back.held(&at_held, &mut owned);
+        back.held(&at_held, traced, &mut owned);
         let ParticlesGrad { positions: by_positions, velocities: by_velocities } = start;
         back.particles.positions.iter_mut().zip(by_positions).for_each(|(own, by)| *own += by);
         back.particles
@@ -77,7 +76,31 @@ impl Adjoint<ParticleState> for ParticleModel {
         next: &[f64],
         weights: &mut [f32],
     ) -> (Vec<f64>, ControlGrad) {
-        self.pull(state, control, next, Owned { weights, constants: &mut [] })
+        let mut interval = Interval::unasked(self, state, control);
+        // A network is the dearest law: it is not asked again for what no derivative depends on.
+        if self.looks_within(state) {
+            interval.hold();
+        }
+        self.pull(&interval, Vec::new(), next, Owned { weights, constants: &mut [] })
+    }
+
+    fn trace(
+        &self,
+        state: &ParticleState,
+        control: &Control,
+        wanted: Wanted,
+    ) -> Option<(ParticleState, Traced<'_, ParticleState>)> {
+        self.laws(Rate::Step).next()?;
+        let mut interval = Interval::unasked(self, state, control);
+        let laws = interval.trace(self, wanted);
+        let next = interval.end();
+        let bytes = laws.iter().flatten().map(|law| law.bytes).sum();
+        let held = interval.held?;
+        let pull = move |state: &_, control: &_, next: &[f64], weights: &mut [f32]| {
+            let interval = Interval::holding(self, state, control, held);
+            self.pull(&interval, laws, next, Owned { weights, constants: &mut [] })
+        };
+        Some((next, Traced { bytes, pull: Box::new(pull) }))
     }
 
     fn constants(&self) -> Vec<String> {
@@ -95,7 +118,8 @@ impl Adjoint<ParticleState> for ParticleModel {
         next: &[f64],
         constants: &mut [f64],
     ) -> (Vec<f64>, ControlGrad) {
-        self.pull(state, control, next, Owned { weights: &mut [], constants })
+        let interval = Interval::new(self, state, control);
+        self.pull(&interval, Vec::new(), next, Owned { weights: &mut [], constants })
     }
 
     fn decode_vjp(&self, state: &ParticleState, particles: &ParticlesGrad) -> Vec<f64> {

@@ -2,7 +2,7 @@
 use super::interval::Interval;
 use super::tape::Asked;
 use crate::model::correction::OutcomeGrad;
-use crate::model::law::{Law, Rate, View, ViewGrad};
+use crate::model::law::{Law, Rate, Traced, View, ViewGrad};
 use crate::state::{Particles, ParticlesGrad, Pose, PoseGrad, Twist};
 use glam::DVec3;
 use std::ops::Range;
@@ -63,7 +63,7 @@ impl<'a> Backward<'a> {
             history: &asked.after[place],
             ..interval.view(&asked.particles, asked.lists.of(law.reach()), &poses)
         };
-        self.laws(Rate::Substep, view, at, owned);
+        self.laws(Rate::Substep, view, at, Vec::new(), owned);
         for (law, spans) in interval.model.laws(Rate::Substep) {
             let Some(memory) = law.remembers() else { continue };
             let before = &asked.before[spans.place];
@@ -79,13 +79,13 @@ impl<'a> Backward<'a> {
         self.places = poses;
     }
 
-    /// Pulls `at` = `∂J/∂acceleration` back through the laws that were asked once.
-    pub(super) fn held(&mut self, at: &[DVec3], owned: &mut Owned<'_>) {
+    /// Pulls `at` = `∂J/∂acceleration` back through the laws that were asked once, by their traces where there are any.
+    pub(super) fn held(&mut self, at: &[DVec3], traced: Vec<Option<Traced<'_>>>, owned: &mut Owned<'_>) {
         let Interval { state, control, held, .. } = self.interval;
         if let Some((graph, _)) = held {
             let interval = self.interval;
             let view = |_: &dyn Law, _: usize| interval.view(&state.particles, graph, &control.poses);
-            self.laws(Rate::Step, view, at, owned);
+            self.laws(Rate::Step, view, at, traced, owned);
             self.settle(1.0);
         }
     }
@@ -96,15 +96,21 @@ impl<'a> Backward<'a> {
         rate: Rate,
         view: impl Fn(&dyn Law, usize) -> View<'v>,
         at: &[DVec3],
+        traced: Vec<Option<Traced<'_>>>,
         owned: &mut Owned<'_>,
     ) {
+        let mut traced = traced.into_iter();
         for (law, spans) in self.interval.model.laws(rate) {
             if !owned.constants.is_empty() {
                 law.constants_vjp(&view(law, spans.place), at, &mut owned.constants[spans.constants.clone()]);
             }
             let own = if owned.weights.is_empty() { 0..0 } else { spans.weights.clone() };
             let view = view(law, spans.place);
-            self.grad(spans.place, &mut owned.weights[own], |grad| law.accelerate_vjp(&view, at, grad));
+            let traced = traced.next().flatten();
+            self.grad(spans.place, &mut owned.weights[own], |grad| match traced {
+                Some(traced) => (traced.pull)(&view, at, grad),
+                None => law.accelerate_vjp(&view, at, grad),
+            });
         }
     }
 

@@ -2,7 +2,8 @@
 use super::{ParticleModel, ParticleState};
 use crate::graph::{Graph, Nodes};
 use crate::model::correction::Outcome;
-use crate::model::law::{History, Rate, View};
+use crate::model::law::{History, Rate, Traced, View};
+use crate::model::net::Wanted;
 use crate::state::{Control, Particles, Pose, Twist};
 use glam::DVec3;
 
@@ -20,8 +21,11 @@ pub(super) struct Interval<'a> {
     /// Fraction of the velocity kept over one substep.
     pub(super) keep: f64,
     /// What the laws of [`Rate::Step`] saw, where there are any, and their summed acceleration.
-    pub(super) held: Option<(Graph, Vec<DVec3>)>,
+    pub(super) held: Option<Held>,
 }
+
+/// A graph, and accelerations \[m/s²\].
+pub(super) type Held = (Graph, Vec<DVec3>);
 
 impl ParticleModel {
     /// K of a control step of `interval` T \[s\]: `substeps`, or `⌈T/(stability h)⌉` where that is more, h the longest substep that every
@@ -43,9 +47,17 @@ impl<'a> Interval<'a> {
 
     /// With a held acceleration of zero, for who does not look at where the substeps lead.
     pub(super) fn unasked(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
+        let mut interval = Self::unconnected(model, state, control);
+        let particles = &state.particles;
+        let still = || (interval.connect(particles), vec![DVec3::ZERO; particles.len()]);
+        interval.held = model.laws(Rate::Step).next().map(|_| still());
+        interval
+    }
+
+    fn unconnected(model: &'a ParticleModel, state: &'a ParticleState, control: &'a Control) -> Self {
         let path = state.poses.iter().zip(&control.poses);
         let substeps = model.substeps(state.interval);
-        let mut interval = Self {
+        Self {
             substeps,
             model,
             state,
@@ -54,11 +66,26 @@ impl<'a> Interval<'a> {
             h: state.interval / substeps as f64,
             keep: model.keep.powf((substeps as f64).recip()),
             held: None,
-        };
-        let particles = &state.particles;
-        let still = || (interval.connect(particles), vec![DVec3::ZERO; particles.len()]);
-        interval.held = model.laws(Rate::Step).next().map(|_| still());
-        interval
+        }
+    }
+
+    /// With what the laws of [`Rate::Step`] saw and said.
+    pub(super) fn holding(
+        model: &'a ParticleModel,
+        state: &'a ParticleState,
+        control: &'a Control,
+        held: Held,
+    ) -> Self {
+        Self { held: Some(held), ..Self::unconnected(model, state, control) }
+    }
+
+    /// Asks the laws of [`Rate::Step`] of `model`, which is the interval's, each for its trace.
+    pub(super) fn trace<'m>(&mut self, model: &'m ParticleModel, wanted: Wanted) -> Vec<Option<Traced<'m>>> {
+        let Some((graph, mut acceleration)) = self.held.take() else { return Vec::new() };
+        let view = self.view(&self.state.particles, &graph, &self.control.poses);
+        let traced = model.laws(Rate::Step).map(|(law, _)| law.trace(&view, wanted, &mut acceleration)).collect();
+        self.held = Some((graph, acceleration));
+        traced
     }
 
     /// Asks the laws of [`Rate::Step`].
@@ -74,6 +101,12 @@ impl<'a> Interval<'a> {
         let ParticleState { skeleton, walls, tool, poses, interval, .. } = self.state;
         let nodes = Nodes::gather(particles, skeleton, walls, tool, poses, &self.control.poses, *interval);
         self.model.graph.as_ref().expect("a model whose parts look at a graph has one").connect(nodes)
+    }
+
+    /// The state that it leads to.
+    pub(super) fn end(&self) -> ParticleState {
+        let (particles, histories) = self.model.integrator.advance(self, None);
+        self.state.next(self.correct(particles, None), histories, self.control)
     }
 
     /// Gives `ask` what a correction of `predicted` may look at.

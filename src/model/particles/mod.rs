@@ -200,9 +200,7 @@ impl Dynamics for ParticleModel {
     }
 
     fn step(&self, state: &ParticleState, control: &Control) -> ParticleState {
-        let interval = Interval::new(self, state, control);
-        let (particles, histories) = self.integrator.advance(&interval, None);
-        state.next(interval.correct(particles, None), histories, control)
+        Interval::new(self, state, control).end()
     }
 
     fn decode(&self, state: &ParticleState) -> Particles {
