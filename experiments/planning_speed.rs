@@ -4,7 +4,7 @@
 //!
 //! Command: `pip install torch==2.15.0`, then `cargo run --release --bin experiments -- planning_speed`, about three minutes; the
 //! interpreter by `python=PATH`. Table: `paper/tables/planning_speed.tex`. Linux only: CPU time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::cpu::cpu_seconds;
 use crate::lump::{Spread, block};
 use crate::peer::Peer;
@@ -196,8 +196,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     };
     let verdicts = PEERS.iter().filter_map(|(variant, title, claimed)| {
         let (least, claimed) = (worst(variant), (*claimed)?);
-        let verdict = if least >= claimed { "holds" } else { "fails" };
-        Some(format!("{title}: {least:.2} × its speed at least (claim: {claimed}; {verdict})"))
+        Some(format!("{title}: {least:.2} × its speed at least (claim: {claimed}; {})", verdict(least >= claimed)))
     });
     let count = |variant: &str| {
         let row = rows.iter().find(|row| row["variant"] == variant);
