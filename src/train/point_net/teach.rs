@@ -1,7 +1,7 @@
 //! Fitting a network of two clouds to examples.
 use super::clouds::POINT;
 use super::{Clouds, PointNetSpec};
-use crate::config::{hold, write_whole};
+use crate::config::{hold, vacate, write_whole};
 use crate::model::net::{Judge, PointNet, PointNetArchitecture, Trainable, forward, pull};
 use crate::train::Keep;
 use crate::train::training_loop::{Batch, Learned, Learner, TrainingLoop, digest};
@@ -57,13 +57,16 @@ pub(in crate::train) fn taught<'a, T: Sync + 'a>(
     watch: &Watch,
 ) -> anyhow::Result<Option<PointNet>> {
     spec.check()?;
-    let _held = hold(folder)?;
+    let held = hold(folder)?;
     let net = PointNet::new(PointNetArchitecture { width: spec.width, outputs }, spec.seed);
     let path = folder.join(WEIGHTS);
     if path.exists() {
         return net.loaded(Some(&path)).map(Some);
     }
-    let Some(lesson) = lesson()? else { return Ok(None) };
+    let Some(lesson) = lesson()? else {
+        vacate(held, folder);
+        return Ok(None);
+    };
     let mut net = net;
     lesson.teach(spec, &mut net, folder, watch)?;
     net.save(&path)?;
