@@ -226,6 +226,14 @@ fn a_loss_that_is_not_finite_stops_with_step_and_episodes_and_keeps_the_files() 
 }
 
 #[test]
+fn a_loss_without_a_gradient_is_refused() {
+    let share: CostSpec =
+        serde_json::from_value(serde_json::json!({ "kind": "missed", "of": { "kind": "coverage" } })).unwrap();
+    let sentence = TrainSpec { loss: Some(share), ..spec() }.build().unwrap_err().to_string();
+    assert!(sentence.contains("`loss`") && sentence.contains("gradient"), "{sentence}");
+}
+
+#[test]
 fn a_checkpoint_that_is_damaged_or_not_ours_is_refused_and_left_alone() {
     let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
     let start = || Toy::new([0.0, 0.1, 0.0]);

@@ -107,6 +107,9 @@ impl Objective for Problem<'_> {
     }
 
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+        if !self.cost.has_gradient() {
+            return None;
+        }
         let motion = self.motion(plan);
         let scene = Scene { poses: motion.start, ..self.scene.clone() };
         let gradient = self.model.gradient(&scene, &motion.controls, self.cost)?;

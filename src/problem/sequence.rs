@@ -170,6 +170,9 @@ impl Objective for Sequence<'_> {
     }
 
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+        if !self.cost.has_gradient() {
+            return None;
+        }
         let (stages, before) = self.stages(plan)?;
         let (mut cost, mut slope, mut at_end) = (before, Vec::new(), Vec::new());
         for (place, stage) in stages.iter().enumerate().rev() {
