@@ -93,6 +93,16 @@ pub(crate) fn median(mut numbers: Vec<f64>) -> f64 {
     }
 }
 
+/// The word of a table for whether a claim holds.
+pub(crate) fn verdict(holds: bool) -> &'static str {
+    if holds { "holds" } else { "fails" }
+}
+
+/// The same of what is claimed of a number that is NaN where nobody measured it.
+pub(crate) fn verdict_on(measured: f64, holds: bool) -> &'static str {
+    if measured.is_nan() { "not measured" } else { verdict(holds) }
+}
+
 /// The list that a change such as `key=["a", "b"]` sets, as `a, b`; none of the baseline.
 pub(crate) fn listed(change: &str) -> Option<String> {
     let (_, list) = change.split_once('=')?;

@@ -3,7 +3,7 @@
 //! moves.
 //!
 //! Command: `cargo run --release --bin experiments -- distil`, about ten minutes. Table: `paper/tables/distil.tex`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::collisions::{REACH, episodes, error, laws, model, said};
 use anyhow::{Context, ensure};
 use pliant::compare::{CompareSpec, ContenderSpec, RUNS, commit, compare};
@@ -169,11 +169,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             of("known").into_iter().filter(|r| r["data"] == row["data"] && r["model"] == row["model"]).collect();
         let all = |key: &str| same.iter().map(|row| number(row, key)).collect::<Vec<f64>>();
         let worst = all("error").into_iter().fold(f64::NAN, f64::max);
-        let claim = match (model.as_str(), worst <= FOUND) {
-            ("formula of the network", true) => "holds",
-            ("formula of the network", false) => "fails",
-            _ => "–",
-        };
+        let claim = if model == "formula of the network" { verdict(worst <= FOUND) } else { "–" };
         if !model.starts_with("network") {
             notes.push(format!("{data}, {model}, first start: {}", formulas(row["chosen"].as_array())));
         }
@@ -223,14 +219,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             millimetres("one_step"),
             millimetres("rollout"),
             Interval::millimetres(achieved(name)),
-            if !distilled {
-                "–"
-            } else if holds {
-                "holds"
-            } else {
-                "fails"
-            }
-            .to_owned(),
+            if distilled { verdict(holds) } else { "–" }.to_owned(),
         ]);
     }
     notes.push(format!("dough, distilled: {}", formulas(Some(&front))));

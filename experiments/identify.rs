@@ -2,7 +2,7 @@
 //! Rapier's dough further than random points do at equal evaluations.
 //!
 //! Command: `cargo run --release --bin experiments -- identify`, about fifteen minutes. Table: `paper/tables/identify.tex`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::recovery::{CONSTANTS, Truth, worst};
 use anyhow::{Context, ensure};
 use pliant::compare::{ContenderSpec, RUNS, dataset_folder};
@@ -168,11 +168,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             false => of.iter().all(|row| number(row, "after") < number(row, "before")) && after < random,
         };
         let baseline = search == "random" || (recovery && key.1.as_f64() > Some(0.0));
-        let claim = match (baseline, holds) {
-            (true, _) => "–",
-            (false, true) => "holds",
-            (false, false) => "fails",
-        };
+        let claim = if baseline { "–" } else { verdict(holds) };
         let percent = |x: f64| if x.is_finite() { format!("{:.2}", 100.0 * x) } else { "–".to_owned() };
         let millimetres = |x: f64| if x.is_finite() { format!("{:.3}", 1e3 * x) } else { "–".to_owned() };
         vec![

@@ -3,7 +3,7 @@
 //!
 //! Command: `pip install taichi==1.7.4` (for Python 3.7 to 3.13), then `cargo run --release --bin experiments -- mpm_speed`, about
 //! five minutes; the interpreter by `python=PATH`. Table: `paper/tables/mpm_speed.tex`. Linux only: CPU time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict_on};
 use crate::cpu::cpu_seconds;
 use crate::peer::Peer;
 use anyhow::{Context, ensure};
@@ -184,11 +184,6 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let worst = counts.iter().map(|&count| ratio(count, VARIANTS[0].0)).fold(f64::NAN, f64::min);
     let price = counts.iter().map(|&count| of(count, "ours", "gradient")).fold(f64::NAN, f64::max);
     let gap = rows.iter().map(|row| number(row, "gap")).fold(f64::NAN, f64::max);
-    let verdict = |measured: f64, holds: bool| match holds {
-        _ if measured.is_nan() => "not measured",
-        true => "holds",
-        false => "fails",
-    };
     Ok(Grid {
         title: "The material point method beside Taichi's: millions of particle steps a CPU second".into(),
         header: header.concat().into_iter().map(String::from).collect(),
@@ -199,9 +194,9 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 .into(),
             format!(
                 "at least {worst:.2} times as fast as Taichi's example (claim: {CLAIMED}; {})",
-                verdict(worst, worst >= CLAIMED)
+                verdict_on(worst, worst >= CLAIMED)
             ),
-            format!("a gradient costs {price:.2} rollouts at most (claim: {GRADIENT}; {})", verdict(price, price <= GRADIENT)),
+            format!("a gradient costs {price:.2} rollouts at most (claim: {GRADIENT}; {})", verdict_on(price, price <= GRADIENT)),
             format!("our law in Taichi puts points within {:.2} % of a cell of ours", 1e2 * gap / CELL),
         ],
     })

@@ -4,7 +4,7 @@
 //! Command: `pip install torch==2.15.0 jax==0.10.2 safetensors==0.8.0`, then `cargo run --release --bin experiments --
 //! network_speed`, about eight minutes; the interpreter by `python=PATH`. Table: `paper/tables/network_speed.tex`. Linux only: CPU
 //! time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict_on};
 use crate::peer::Peer;
 use crate::random_graph::{ROUNDS, RandomGraph, products};
 use anyhow::{Context, ensure};
@@ -121,7 +121,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let claim = |title: &str, variant: &str, (pass, key): (&str, &str), least: f64| {
         let worst = ours.iter().map(|of| ratio(of, variant, key)).fold(f64::NAN, f64::min);
         let lines = ours.iter().filter(|of| ratio(of, variant, key) >= least).count();
-        let verdict = verdict(worst, worst >= least);
+        let verdict = verdict_on(worst, worst >= least);
         let beyond = ours.iter().filter(|of| middle(of, variant, key) < least * bound(of, key)).count();
         let of = ours.len();
         format!(
@@ -155,7 +155,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     );
     notes.push(format!(
         "outputs differ by {gap:.0e} of the greatest (claim: below {SAME:.0e}; {}), weights' derivatives by {:.0e}",
-        verdict(gap, gap < SAME),
+        verdict_on(gap, gap < SAME),
         most("gradient_gap")
     ));
     notes.push(format!(
@@ -169,12 +169,4 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         rows: ours.iter().map(line).collect(),
         notes,
     })
-}
-
-fn verdict(measured: f64, holds: bool) -> &'static str {
-    match holds {
-        _ if measured.is_nan() => "not measured",
-        true => "holds",
-        false => "fails",
-    }
 }

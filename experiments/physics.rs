@@ -3,7 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- physics`, half a minute. Table: `paper/tables/physics.tex`. Linux only: CPU
 //! time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::lump::{away, block, pressed, under};
 use crate::remembering::remembering;
 use crate::slopes::{RELATIVE, STEP, constants, gain, price, slopes};
@@ -175,8 +175,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let text = |key: &str| row[key].as_str().unwrap_or("–").to_owned();
         let shown =
             if value == 0.0 || (0.01..1e3).contains(&value) { format!("{value:.2}") } else { format!("{value:.1e}") };
-        let verdict = if (low..=high).contains(&value) { "holds" } else { "fails" };
-        vec![text("model"), text("what"), shown, bound, verdict.to_owned()]
+        let claim = verdict((low..=high).contains(&value));
+        vec![text("model"), text("what"), shown, bound, claim.to_owned()]
     };
     let most = |key: &str| rows.iter().map(|row| number(row, key)).fold(f64::NAN, f64::max);
     let (load, cores) = (most("load"), most("cores"));

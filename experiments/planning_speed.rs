@@ -4,7 +4,7 @@
 //!
 //! Command: `pip install torch==2.15.0`, then `cargo run --release --bin experiments -- planning_speed`, about three minutes; the
 //! interpreter by `python=PATH`. Table: `paper/tables/planning_speed.tex`. Linux only: CPU time is read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::cpu::cpu_seconds;
 use crate::lump::{Spread, block};
 use crate::peer::Peer;
@@ -196,10 +196,10 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let speeds = [cell(1e-3 * ours, 1), cell(1e-3 * theirs, 1), cell(ours / theirs, 2)];
         [batch.to_string(), pass.to_owned(), numbers.to_owned()].into_iter().chain(speeds).collect()
     };
-    let verdict = |(numbers, ours, theirs): (&str, &str, &str)| {
+    let claim = |(numbers, ours, theirs): (&str, &str, &str)| {
         let ratio = |(batch, pass): (&Value, &str)| speed(batch, ours, pass) / speed(batch, theirs, pass);
         let least = cases.clone().map(ratio).fold(f64::NAN, f64::min);
-        let verdict = if least >= CLAIMED { "holds" } else { "fails" };
+        let verdict = verdict(least >= CLAIMED);
         format!("both in {numbers}: {least:.2} × PyTorch's speed at least (claim: {CLAIMED}; {verdict})")
     };
     let count = |variant: &str| {
@@ -225,6 +225,6 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         title: "Planning rollouts at RoboCook's size".into(),
         header: header.map(String::from).to_vec(),
         rows: cases.clone().flat_map(|case| NUMBERS.map(|numbers| line(case, numbers))).collect(),
-        notes: notes.into_iter().chain(NUMBERS.map(verdict)).collect(),
+        notes: notes.into_iter().chain(NUMBERS.map(claim)).collect(),
     })
 }

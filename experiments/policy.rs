@@ -2,7 +2,7 @@
 //! same model, and achieves a cost that is at most a tenth higher.
 //!
 //! Command: `cargo run --release --bin experiments -- policy`, about ten minutes. Table: `paper/tables/policy.tex`.
-use crate::claim::{Experiment, Rows, Size, difference, median};
+use crate::claim::{Experiment, Rows, Size, difference, median, verdict};
 use anyhow::ensure;
 use indexmap::IndexSet;
 use pliant::compare::{CompareSpec, Row, commit, compare};
@@ -95,7 +95,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         cells.push(ratio((!own).then_some(speed).filter(|speed| speed.is_finite())));
         lines.push(cells);
         if let Some(cost) = cost.filter(|_| !own && !["oracle", "still"].contains(&model)) {
-            let verdict = if speed >= FASTER && cost <= WORSE { "holds" } else { "fails" };
+            let verdict = verdict(speed >= FASTER && cost <= WORSE);
             let percent = 100.0 * (cost - 1.0);
             verdicts.push(format!("{model}, {planner}: {verdict} ({speed:.0} × as fast, {percent:+.0} % cost)"));
         }

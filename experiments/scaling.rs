@@ -3,7 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- scaling`, about a minute. Table: `paper/tables/scaling.tex`. Linux only: CPU time
 //! and memory are read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number};
+use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::cpu::cpu_seconds;
 use crate::speaking::speaking;
 use anyhow::{Context, ensure};
@@ -134,7 +134,6 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let spread = costs().fold(0.0, f64::max) / costs().fold(f64::INFINITY, f64::min);
     let most = sizes.iter().map(|size| search(*size)).fold(0.0, f64::max);
     let held = sizes.iter().filter(|size| **size >= PARTICLES).map(|size| memory(*size)).fold(f64::NAN, f64::max);
-    let verdict = |holds: bool| if holds { "holds" } else { "fails" };
     let notes = vec![
         "CPU time of one thread, medians of rounds; search: drawing the graph, as a share of the step; memory: the most that the \
          process had by then"

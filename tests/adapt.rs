@@ -1,6 +1,7 @@
 //! Models that adapt to the scene that is planned in.
 use pliant::compare::{CompareSpec, Contender, fit};
 use pliant::config;
+use pliant::data::Dataset;
 use pliant::watch::Watch;
 use std::path::Path;
 
@@ -16,7 +17,11 @@ const SMALL: [&str; 8] = [
 ];
 
 fn spec(more: &[&str], root: &Path) -> CompareSpec {
-    let words: Vec<String> = SMALL.iter().chain(more).map(|word| (*word).to_owned()).collect();
+    load(&[&SMALL, more].concat(), root)
+}
+
+fn load(words: &[&str], root: &Path) -> CompareSpec {
+    let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
     let mut spec = config::load::<CompareSpec>("configs/compare/materials.toml".as_ref(), &words).unwrap().spec;
     spec.artifacts = root.to_owned();
     spec
@@ -46,6 +51,22 @@ fn a_model_that_adapts_goes_on_from_its_fit_with_episodes_of_the_scene_that_is_p
     let (elsewhere, _) = fit(&spec(&["interactions=5", "scene.material=play_doh"], folder.path()), &watch).unwrap();
     assert_eq!(named(&elsewhere, "learned").model.weights(), learned.model.weights());
     assert_ne!(named(&elsewhere, "learned_adapted").model.weights(), adapted.model.weights());
+}
+
+#[test]
+fn interactions_are_as_many_as_were_asked_for_and_begin_as_no_episode_of_the_dataset_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = ["dataset=smoke", "model=[still]", "interactions=5", "~scene", "seeds=[0]"];
+    fit(&load(&words, folder.path()), &Watch::silent()).unwrap();
+    let starts = |path: &Path| -> Vec<Vec<_>> {
+        let dataset = Dataset::load(path).unwrap();
+        dataset.episodes.iter().map(|episode| episode.states[0].positions.clone()).collect()
+    };
+    let folders = std::fs::read_dir(folder.path().join("dataset")).unwrap();
+    let mut sets: Vec<_> = folders.map(|entry| starts(&entry.unwrap().path())).collect();
+    sets.sort_by_key(Vec::len);
+    assert_eq!(sets.iter().map(Vec::len).collect::<Vec<_>>(), [5, 6]);
+    assert!(sets[0].iter().all(|start| !sets[1].contains(start)), "a start that was learned from already");
 }
 
 #[test]

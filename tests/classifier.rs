@@ -162,6 +162,18 @@ fn a_finished_classifier_is_read_and_a_strange_tool_is_refused() {
 }
 
 #[test]
+fn a_loss_that_is_not_a_number_stops_with_step_and_examples_and_keeps_the_files() {
+    let (mut broken, folder) = (split(), tempfile::tempdir().unwrap());
+    broken.train.iter_mut().for_each(|episode| episode.states[1].positions[3].x = f64::INFINITY);
+    let error = Classifier::fit(&network(20), &broken, folder.path(), &Watch::silent()).err().unwrap().to_string();
+    assert!(
+        error.contains("before step 1") && error.contains("(examples ") && error.contains("network.rate"),
+        "{error}"
+    );
+    assert!(!folder.path().join("checkpoint.bin").exists());
+}
+
+#[test]
 fn a_drawn_tool_is_the_seeds_and_the_actions_alone() {
     let root = tempfile::tempdir().unwrap();
     let random = made("kind = 'random'", root.path()).unwrap();

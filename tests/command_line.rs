@@ -97,6 +97,51 @@ fn an_open_loop_is_planned_from_what_models_imagine() {
 }
 
 #[test]
+fn a_share_is_planned_by_and_metrics_that_a_config_adds_have_columns_of_their_own() {
+    let folder = folder();
+    let words = ["compare", QUICKSTART, "dataset=smoke", "model=[oracle, still]", "goal=[disc]", "seeds=[7]"];
+    let share = ["budget.rollouts=3", "cost={kind=missed, of={kind=iou}}", "+metric=[aligned, iou_coarse]"];
+    let refused = complaint(&pliant(folder.path(), &[&words[..], &share].concat()));
+    assert!(refused.contains("planner.descent") && refused.contains("`cost`"), "{refused}");
+    let output = pliant(folder.path(), &[&words[..], &share, &["planner=[cem]", "--json"]].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for line in out(&output).lines() {
+        let row: serde_json::Value = serde_json::from_str(line).unwrap();
+        let number = |key: &str, name: &str| row[key][name].as_f64().unwrap_or_else(|| panic!("{key}.{name}: {row}"));
+        let achieved = row["achieved"].as_f64().unwrap();
+        assert!((achieved - 0.1 * (1.0 - number("metrics", "iou"))).abs() < 1e-12, "{row}");
+        assert!(number("metrics", "aligned") <= number("metrics", "chamfer"), "{row}");
+        assert!((number("metrics", "iou_coarse") - number("metrics", "iou")).abs() < 0.2, "{row}");
+        assert!(number("floors", "aligned") > 0.0 && number("floors", "iou_coarse") < 1.0, "{row}");
+    }
+    let table = out(&pliant(folder.path(), &[&words[..], &share, &["planner=[cem]"]].concat()));
+    assert!(table.contains("aligned [mm]") && table.contains("iou_coarse"), "{table}");
+    let taken = [&words[..], &["planner=[cem]", "+metric={emd: {kind: coverage}}"]].concat();
+    assert!(complaint(&pliant(folder.path(), &taken)).contains("metric.emd"));
+}
+
+#[test]
+fn a_model_that_teaches_no_policy_leaves_no_folder_of_one_and_a_policy_that_is_there_is_not_written_again() {
+    let folder = folder();
+    let words = ["compare", QUICKSTART, "dataset=smoke", "planner=[policy]", "goal=[disc]", "seeds=[7]"];
+    let small = ["budget.rollouts=2", "+policy={samples: 6, network: {steps: 2, width: 4}}"];
+    let run = |more: &[&str]| {
+        let output = pliant(folder.path(), &[&words[..], &small, more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&["model=[oracle, still]"]);
+    let policies = folder.path().join("runs/policy");
+    assert!(!policies.exists() || std::fs::read_dir(&policies).unwrap().next().is_none(), "a folder of nothing");
+    let fit = "model.analytic.train.identify.evaluations=12";
+    run(&["model=[analytic]", fit]);
+    let recipe = std::fs::read_dir(&policies).unwrap().next().unwrap().unwrap().path().join("recipe.json");
+    let written = || std::fs::metadata(&recipe).unwrap().modified().unwrap();
+    let before = written();
+    run(&["model=[analytic]", fit, "seeds=[8]"]);
+    assert_eq!(written(), before);
+}
+
+#[test]
 fn one_goal_is_worked_at_action_by_action() {
     let folder = folder();
     let words = ["plan", QUICKSTART, "dataset=smoke", "model=[still]", "planner=[cem]", "goal=[disc]"];

@@ -2,7 +2,7 @@
 use glam::DVec3;
 use pliant::compare::{CompareSpec, Goal, Source};
 use pliant::config;
-use pliant::metric::{Chamfer, Matching, Metric};
+use pliant::metric::{Chamfer, METRICS, Matching, Metric};
 use pliant::world::World;
 use std::path::{Path, PathBuf};
 
@@ -80,7 +80,8 @@ fn a_word_has_a_letter_for_every_piece_where_that_lies() {
         let near = goal.points.iter().filter(|p| (p.x - middle.x).abs() < 0.08);
         assert_eq!(near.count(), own.len(), "piece {piece}");
     }
-    assert!(goal.floors["chamfer"].unwrap() > 0.0);
+    let always = METRICS.iter().map(|metric| (metric.name(), *metric));
+    assert!(goal.floors(always)["chamfer"].unwrap() > 0.0);
     let short = load("word", &["goal.word.text=TO"]);
     let refused = make(&short, "word", &start, 0).unwrap_err().to_string();
     assert!(refused.contains("2 letters") && refused.contains("3 pieces"), "{refused}");

@@ -16,6 +16,22 @@ fn problem<'a>(model: &'a dyn WorldModel, tool: &'a Slide, cost: &'a GoalCost) -
 }
 
 #[test]
+fn by_a_share_samplers_plan_and_what_follows_gradients_has_no_plan() {
+    let (tool, goal) = (slide(0.03), goal(0.03, &[0.01, -0.01, 2.0]));
+    let shared = cost("iou", goal.clone());
+    let problem = problem(&Drag, &tool, &shared);
+    assert!(problem.gradient(&problem.space().at(&[0.5; 3])).is_none());
+    let plan = |stem: &str| planner(stem).plan(&Metered::new(&problem, BUDGET, &|| 0.0), &mut stream(1, &[]));
+    for stem in ["descent", "lbfgs", "refine"] {
+        assert!(planner(stem).wants_gradients() && plan(stem).is_none(), "{stem}");
+    }
+    let found = plan("cem").expect("a sampler needs no gradient");
+    let still = problem.costs(&[problem.space().at(&[0.5; 3])])[0];
+    assert!(found.cost < 0.5 * still, "{} against {still} in the middle of the box", found.cost);
+    assert!(!planner("cem").wants_gradients());
+}
+
+#[test]
 fn the_gradient_of_the_cost_agrees_with_central_differences_in_theta() {
     for kind in ["chamfer", "emd", "weighted"] {
         let (tool, cost) = (slide(0.03), cost(kind, goal(0.03, &[0.01, -0.01, 2.0])));

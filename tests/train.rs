@@ -190,6 +190,25 @@ fn a_run_stopped_anywhere_ends_with_the_bits_of_one_that_was_not() {
 }
 
 #[test]
+fn the_best_weights_of_before_a_stop_are_still_the_best_after_it() {
+    let split = toy::split(&Toy::new(TRUTH));
+    // From the truth, noise leads away: the first validations are the best. Which noise does is looked for.
+    let noisy = |seed| TrainSpec { noise: 3e-3, last_rate: 1.0, seed, ..spec() };
+    let whole = |seed| {
+        let (folder, mut model) = (tempfile::tempdir().unwrap(), Toy::new(TRUTH));
+        let trained = run(&noisy(seed), &mut model, &split, folder.path(), &Watch::silent()).unwrap();
+        (trained.kept, bits(&model))
+    };
+    let (seed, (kept, weights)) = (0..20).map(|seed| (seed, whole(seed))).find(|(_, (kept, _))| *kept <= 20).unwrap();
+    let (folder, watch) = (tempfile::tempdir().unwrap(), Watch::silent());
+    let mut stopped = Toy { stop: Some((watch.clone(), 31)), ..Toy::new(TRUTH) };
+    run(&noisy(seed), &mut stopped, &split, folder.path(), &watch).unwrap_err();
+    let mut resumed = Toy::new(TRUTH);
+    let trained = run(&noisy(seed), &mut resumed, &split, folder.path(), &Watch::silent()).unwrap();
+    assert_eq!((trained.kept, bits(&resumed)), (kept, weights));
+}
+
+#[test]
 fn the_number_of_threads_changes_no_bit() {
     let (split, spec) = (toy::split(&Toy::new(TRUTH)), TrainSpec { noise: 1e-4, turn: 3.0, ..spec() });
     let trained = |threads: usize| {
@@ -223,6 +242,14 @@ fn a_loss_that_is_not_finite_stops_with_step_and_episodes_and_keeps_the_files() 
     let error = run(&spec(), &mut model, &split, folder.path(), &Watch::silent()).unwrap_err().to_string();
     assert!(error.contains("step 1") && error.contains("episodes"), "{error}");
     assert!(!folder.path().join("checkpoint.bin").exists());
+}
+
+#[test]
+fn a_loss_without_a_gradient_is_refused() {
+    let share: CostSpec =
+        serde_json::from_value(serde_json::json!({ "kind": "missed", "of": { "kind": "coverage" } })).unwrap();
+    let sentence = TrainSpec { loss: Some(share), ..spec() }.build().unwrap_err().to_string();
+    assert!(sentence.contains("`loss`") && sentence.contains("gradient"), "{sentence}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::planner::Planner;
 use crate::world::World;
 use anyhow::Context;
 use glam::DVec3;
+use indexmap::IndexMap;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +27,8 @@ pub(super) struct Entry<'a> {
     pub(super) contender: &'a Contender,
     pub(super) planner: (&'a str, &'a dyn Planner),
     pub(super) goal: (&'a str, &'a Goal),
+    /// Every metric between two samplings of the goal, by name.
+    pub(super) floors: &'a IndexMap<String, Option<f64>>,
     pub(super) seed: u64,
     pub(super) start: &'a World,
 }

@@ -6,6 +6,7 @@ use super::{Artifacts, CompareSpec, Contender, Prediction, Row, Source, to_jsonl
 use crate::chooser::{Chooser, Lesson};
 use crate::config::{Fingerprint, Loaded, fingerprint, write_whole};
 use crate::data::{DatasetSpec, HELD_OUT, simulate};
+use crate::metric::{METRICS, Metric, MetricSpec};
 use crate::perception::Perception;
 use crate::planner::{Planner, PlannerSpec};
 use crate::problem::Clock;
@@ -54,6 +55,8 @@ pub(super) struct Bench<'a> {
     pub(super) constants: Arc<Constants>,
     pub(super) perception: Box<dyn Perception>,
     pub(super) chooser: Box<dyn Chooser>,
+    /// Metrics that are not always reported, by the name of their column.
+    pub(super) metrics: IndexMap<String, Box<dyn Metric>>,
     pub(super) disturbance: Option<Box<dyn Disturbance>>,
     pub(super) clock: Clock<'a>,
     pub(super) commit: &'a str,
@@ -172,6 +175,7 @@ impl<'a> Bench<'a> {
             Ok((name.clone(), tool.clone().build().with_context(|| format!("the tool {name} cannot be built"))?))
         };
         let search = |(name, planner): (&String, &PlannerSpec)| Ok((name.clone(), planner.clone().build()?));
+        let measure = |(name, metric): (&String, &MetricSpec)| Ok((name.clone(), metric.clone().build()?));
         let tools = spec.dataset.tool.iter().map(build).collect::<anyhow::Result<_>>()?;
         let lesson = Lesson { data, dataset, tools: &tools, root: &spec.artifacts, watch };
         let chooser = spec.chooser.clone().build()?.make(&lesson).context("the chooser cannot be made")?;
@@ -182,6 +186,7 @@ impl<'a> Bench<'a> {
             constants: spec.dataset.constants().into(),
             perception: spec.perception.clone().build()?,
             chooser,
+            metrics: spec.metric.iter().map(measure).collect::<anyhow::Result<_>>()?,
             disturbance: spec.disturbance.clone().map(DisturbanceSpec::build).transpose()?,
             clock,
             commit,
@@ -195,6 +200,12 @@ impl<'a> Bench<'a> {
         Ok((bench, fitted))
     }
 
+    /// Every metric that is reported, by the name of its column.
+    pub(super) fn reported(&self) -> impl Iterator<Item = (&str, &dyn Metric)> {
+        let always = METRICS.iter().map(|metric| (metric.name(), *metric));
+        always.chain(self.metrics.iter().map(|(name, metric)| (name.as_str(), metric.as_ref())))
+    }
+
     fn run(&self, contenders: &[Contender], folder: &Path, watch: &Watch) -> anyhow::Result<Vec<Attempt>> {
         let spec = self.spec;
         let total = spec.goal.len() * spec.seeds.len() * self.planners.len() * contenders.len();
@@ -206,11 +217,13 @@ impl<'a> Bench<'a> {
                 let start = self.start(seed)?;
                 let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
                 let goal = maker.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
+                let floors = goal.floors(self.reported());
                 let pairs = self.planners.iter().flat_map(|planner| contenders.iter().map(move |each| (planner, each)));
                 let entries = pairs.map(|((planner_name, planner), contender)| Entry {
                     contender,
                     planner: (planner_name, planner.as_ref()),
                     goal: (goal_name, &goal),
+                    floors: &floors,
                     seed,
                     start: &start,
                 });

@@ -94,8 +94,15 @@ fn travel(
     let start = bench.start(seed)?;
     let source = Source { start: &start, dataset: &spec.dataset, root: &spec.data.root, seed };
     let goal = goal.clone().build()?.make(&source).with_context(|| format!("the goal {goal_name} cannot be made"))?;
-    let entry =
-        Entry { contender, planner: (planner_name, planner.as_ref()), goal: (goal_name, &goal), seed, start: &start };
+    let floors = goal.floors(bench.reported());
+    let entry = Entry {
+        contender,
+        planner: (planner_name, planner.as_ref()),
+        goal: (goal_name, &goal),
+        floors: &floors,
+        seed,
+        start: &start,
+    };
     let mut run = Run::new(bench, &entry)?;
     let mut journey = Journey {
         folder: PathBuf::new(),

@@ -40,11 +40,15 @@ pub(super) fn policies(
             policy: &spec.policy,
         };
         let (folder, _) = artifacts.folder("policy", &recipe);
-        write_whole(&folder.join("recipe.json"), &serde_json::to_vec_pretty(&recipe)?)?;
         let (model, steps) = (contender.model.as_ref(), spec.dataset.steps);
         let fitted = spec.policy.fit(model, tool.as_ref(), &data.train, steps, &folder, watch);
         let fitted = fitted.with_context(|| format!("learning a policy of {name} from {}", contender.name))?;
-        policies.extend(fitted.map(|policy| (name.clone(), policy)));
+        let Some(policy) = fitted else { continue };
+        let told = folder.join("recipe.json");
+        if !told.exists() {
+            write_whole(&told, &serde_json::to_vec_pretty(&recipe)?)?;
+        }
+        policies.insert(name.clone(), policy);
     }
     Ok(policies)
 }

@@ -1,5 +1,6 @@
 //! One line of the results: one model, one planner, one goal, one seed.
 use super::ControlSpec;
+use crate::metric::Column;
 use anyhow::Context;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,9 @@ pub struct Row {
     pub rollout: Option<f64>,
     /// Every metric of the achieved shape against the goal, by name; null where it is not defined.
     pub metrics: IndexMap<String, Option<f64>>,
+    /// How the numbers of those metrics are read that are not always reported, by name.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub columns: IndexMap<String, Column>,
     /// Every metric between two samplings of the goal, what a perfect model would score; empty where the goal is matched.
     pub floors: IndexMap<String, Option<f64>>,
     /// Model rollouts spent planning.

@@ -2,7 +2,7 @@
 use super::attempt::Entry;
 use super::{Attempt, Bench, ControlSpec, Row};
 use crate::chooser::{Next, Task};
-use crate::metric::{GoalCost, METRICS, Metric};
+use crate::metric::{Column, GoalCost, Metric};
 use crate::model::{Cost, WorldModel};
 use crate::perception::Observation;
 use crate::problem::Spent;
@@ -193,9 +193,9 @@ impl<'a> Run<'a> {
         let end = self.world.particles();
         let value = |particles: &Particles| self.cost.at(0, 0, particles);
         // Without a plan nothing was achieved, which is not the same as having left the shape as it was.
-        let measure = |m: &&dyn Metric| {
-            let value = m.evaluate(&end.positions, &goal.points, goal.matching);
-            (m.name().to_owned(), value.filter(|v| predicted.is_some() && v.is_finite()))
+        let measure = |(name, metric): (&str, &dyn Metric)| {
+            let value = metric.evaluate(&end.positions, &goal.points, goal.matching);
+            (name.to_owned(), value.filter(|v| predicted.is_some() && v.is_finite()))
         };
         let row = Row {
             model: contender.name.clone(),
@@ -208,8 +208,9 @@ impl<'a> Run<'a> {
             start: value(&self.start),
             one_step: contender.held_out.as_ref().map(|e| e.one_step),
             rollout: contender.held_out.as_ref().map(|e| e.rollout),
-            metrics: METRICS.iter().map(measure).collect(),
-            floors: goal.floors.clone(),
+            metrics: bench.reported().map(measure).collect(),
+            columns: bench.metrics.iter().map(|(name, metric)| (name.clone(), Column::of(metric.as_ref()))).collect(),
+            floors: entry.floors.clone(),
             rollouts: spent.rollouts,
             gradients: spent.gradients,
             not_finite: spent.not_finite,

@@ -3,13 +3,14 @@ use super::disturbance::DisturbanceSpec;
 use super::{AimSpec, ContenderSpec, ControlSpec, GoalSpec};
 use crate::chooser::ChooserSpec;
 use crate::data::DatasetSpec;
-use crate::metric::CostSpec;
+use crate::metric::{CostSpec, METRICS, MetricSpec};
 use crate::perception::{Observation, PerceptionSpec};
 use crate::planner::PlannerSpec;
 use crate::problem::Budget;
 use crate::shape::{Shape, read_points};
 use crate::train::policy::PolicySpec;
 use crate::world::{SceneSpec, World};
+use anyhow::Context;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,9 @@ pub struct CompareSpec {
     pub perception: PerceptionSpec,
     /// What planners minimise.
     pub cost: CostSpec,
+    /// Metrics that are reported beside those that always are, by the name of their column.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub metric: IndexMap<String, MetricSpec>,
     /// How the tool is chosen.
     pub chooser: ChooserSpec,
     /// How policies are learned, where a planner asks for their proposals.
@@ -149,7 +153,30 @@ impl CompareSpec {
             self.lookahead == 1 || self.aim == AimSpec::Whole,
             "`aim` is \"pieces\", of which every action works another one: it goes with `lookahead` = 1 alone"
         );
+        for (name, metric) in &self.metric {
+            anyhow::ensure!(
+                METRICS.iter().all(|known| known.name() != name),
+                "metric.{name} has the name of a metric that is always reported; give its column another name"
+            );
+            metric.clone().build().with_context(|| format!("in `metric.{name}`"))?;
+        }
+        self.check_gradients()?;
         self.control.check()
+    }
+
+    /// Refuses planners that can have no plan whatever the model.
+    fn check_gradients(&self) -> anyhow::Result<()> {
+        if self.cost.clone().build()?.has_gradient() {
+            return Ok(());
+        }
+        for (name, planner) in &self.planner {
+            anyhow::ensure!(
+                !planner.clone().build()?.wants_gradients(),
+                "planner.{name} follows gradients, and `cost` has none: a share changes by steps; leave that planner out, or choose \
+                 a distance, such as cost={{kind=chamfer}}"
+            );
+        }
+        Ok(())
     }
 
     /// The same comparison with every mesh of its tools taken from `data.root`.

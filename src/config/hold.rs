@@ -9,11 +9,22 @@ use std::path::Path;
 /// When the folder cannot be made or locked.
 pub fn hold(folder: &Path) -> anyhow::Result<File> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let path = folder.join("lock");
+    let path = folder.join(LOCK);
     let lock = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
     lock.lock().with_context(|| format!("cannot lock {}", path.display()))?;
     Ok(lock)
 }
+
+/// Lets go of a folder, and removes it where nothing has come to stand in it.
+pub fn vacate(held: File, folder: &Path) {
+    // Whoever waits for the lock finds an empty place, as if it came first.
+    let _ = std::fs::remove_file(folder.join(LOCK));
+    let _ = std::fs::remove_dir(folder);
+    drop(held);
+}
+
+/// The file that is locked.
+const LOCK: &str = "lock";
 
 #[cfg(test)]
 mod tests {

@@ -48,7 +48,7 @@ pub use conclude::{conclude, to_stdout};
 pub use error::ConfigError;
 pub use fingerprint::{Fingerprint, fingerprint};
 pub use group::stems;
-pub use hold::hold;
+pub use hold::{hold, vacate};
 pub use resolved::Resolved;
 pub use whole_file::{same_place, write_whole};
 

@@ -1,7 +1,8 @@
 //! Shapes compared wherever they lie and however they are turned.
 use super::registration::register;
 use super::rigid::{Freedom, kabsch};
-use super::{Better, Chamfer, CostSpec, Matching, Metric, ShapeLoss, is_finite};
+use super::{Better, Chamfer, CostSpec, Matching, Metric, MetricSpec, ShapeLoss, is_finite};
+use anyhow::ensure;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,12 @@ pub struct AlignedSpec {
 
 impl AlignedSpec {
     pub(crate) fn build(self) -> anyhow::Result<Aligned> {
-        Ok(Aligned { of: self.of.build()?, freedom: self.freedom })
+        let of = self.of.build()?;
+        ensure!(
+            of.has_gradient(),
+            "cost.of has no gradient, which the search for the best motion descends; give it a distance"
+        );
+        Ok(Aligned { of, freedom: self.freedom })
     }
 }
 
@@ -47,15 +53,32 @@ impl ShapeLoss for Aligned {
     }
 }
 
+/// Config of [`AlignedMetric`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AlignedMetricSpec {
+    /// The metric after alignment.
+    pub of: Box<MetricSpec>,
+    /// What may be moved.
+    #[serde(default)]
+    pub freedom: Freedom,
+}
+
+impl AlignedMetricSpec {
+    pub(crate) fn build(self) -> anyhow::Result<AlignedMetric> {
+        Ok(AlignedMetric { of: self.of.build()?, freedom: self.freedom })
+    }
+}
+
 /// A metric after alignment: by `kabsch` where rows correspond, else to the least Chamfer distance.
-pub struct AlignedMetric<'a> {
+pub struct AlignedMetric {
     /// The metric.
-    pub of: &'a dyn Metric,
+    pub of: Box<dyn Metric>,
     /// What may be moved.
     pub freedom: Freedom,
 }
 
-impl Metric for AlignedMetric<'_> {
+impl Metric for AlignedMetric {
     fn name(&self) -> &'static str {
         self.of.name()
     }
@@ -106,7 +129,7 @@ mod tests {
                     let (before, after) = (of.value(&moved, &a), aligned(of, freedom).value(&moved, &a));
                     assert!(after < 1e-9 && before > 0.01, "{freedom:?} {turn}: {before} became {after}");
                 }
-                let metric = AlignedMetric { of: &MatchedRmse, freedom };
+                let metric = AlignedMetric { of: Box::new(MatchedRmse), freedom };
                 assert!(metric.evaluate(&moved, &a, Matching::Matched).unwrap() < 1e-12);
             }
         }
@@ -131,7 +154,7 @@ mod tests {
         let loss = aligned(Box::new(Chamfer), Freedom::Yaw);
         assert_eq!((loss.value(&broken, &a), loss.value(&[], &a)), (f64::INFINITY, f64::INFINITY));
         assert_eq!(loss.gradient(&broken, &a), vec![DVec3::ZERO; 5]);
-        let metric = AlignedMetric { of: &MatchedRmse, freedom: Freedom::Full };
+        let metric = AlignedMetric { of: Box::new(MatchedRmse), freedom: Freedom::Full };
         assert_eq!(metric.evaluate(&broken, &a, Matching::Matched), Some(f64::INFINITY));
         assert_eq!(metric.evaluate(&[], &a, Matching::Matched), None);
     }

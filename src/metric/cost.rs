@@ -12,6 +12,10 @@ pub trait ShapeLoss: Send + Sync {
     /// `∂value/∂points`, exact wherever the nearest neighbours or the assignment are unique (of what iterates, to its tolerance); a
     /// point on its goal adds zero.
     fn gradient(&self, points: &[DVec3], goal: &[DVec3]) -> Vec<DVec3>;
+    /// Whether the gradient says where the distance falls, which it does not of one that changes by steps.
+    fn has_gradient(&self) -> bool {
+        true
+    }
 }
 
 family! {
@@ -22,6 +26,7 @@ family! {
         Weighted(super::WeightedSpec),
         Sinkhorn(super::SinkhornSpec),
         Aligned(super::AlignedSpec),
+        Missed(super::MissedSpec),
     }
 }
 
@@ -54,6 +59,10 @@ impl Cost for GoalCost {
             out.positions = self.loss.gradient(&particles.positions, &self.goal);
         }
         out
+    }
+
+    fn has_gradient(&self) -> bool {
+        self.loss.has_gradient()
     }
 }
 

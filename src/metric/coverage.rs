@@ -2,7 +2,10 @@
 use super::nearest::nearest;
 use super::{Better, Matching, Metric, is_finite};
 use crate::shape::spacing;
+use anyhow::ensure;
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Share of the goal's points that have an achieved point within r: `(1/M) Σⱼ [minᵢ |aᵢ − bⱼ| ≤ r]`, the recall of Knapitsch, Park,
 /// Zhou & Koltun (2017).
@@ -25,6 +28,44 @@ pub struct Coverage {
 pub struct Inside {
     /// r \[m\].
     pub radius: Option<f64>,
+}
+
+/// Config of [`Coverage`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CoverageSpec {
+    /// Distance within which a point is covered \[m\]; by default in proportion to the goal's spacing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6))]
+    pub radius: Option<f64>,
+}
+
+/// Config of [`Inside`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InsideSpec {
+    /// Distance beside a point of the region that still counts as inside \[m\]; by default in proportion to the goal's spacing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6))]
+    pub radius: Option<f64>,
+}
+
+impl CoverageSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Coverage> {
+        Ok(Coverage { radius: possible("coverage", self.radius)? })
+    }
+}
+
+impl InsideSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Inside> {
+        Ok(Inside { radius: possible("inside", self.radius)? })
+    }
+}
+
+fn possible(metric: &str, radius: Option<f64>) -> anyhow::Result<Option<f64>> {
+    let above = radius.is_none_or(|r| r > 0.0 && r.is_finite());
+    ensure!(above, "`radius` of the metric {metric} must be a length above 0, got {radius:?}");
+    Ok(radius)
 }
 
 /// The radius within which a point covers, in spacings.

@@ -1,7 +1,10 @@
 //! Intersection over union of volumes.
 use super::{Better, Matching, Metric, is_finite};
 use crate::shape::spacing;
+use anyhow::ensure;
 use glam::{DVec3, UVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `|A ∩ B| / |A ∪ B|` of the volumes that two clouds fill, counted in voxels.
 ///
@@ -14,6 +17,27 @@ use glam::{DVec3, UVec3};
 pub struct Iou {
     /// Side of a voxel \[m\].
     pub voxel: Option<f64>,
+}
+
+/// Config of [`Iou`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IouSpec {
+    /// Side of a voxel \[m\]; by default a quarter of the larger spacing of the two clouds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1e-6))]
+    pub voxel: Option<f64>,
+}
+
+impl IouSpec {
+    pub(crate) fn build(self) -> anyhow::Result<Iou> {
+        let voxel = self.voxel;
+        ensure!(
+            voxel.is_none_or(|v| v > 0.0 && v.is_finite()),
+            "`voxel` of the metric iou must be a length above 0, got {voxel:?}"
+        );
+        Ok(Iou { voxel })
+    }
 }
 
 /// Radius of the ball that closes a cloud, in spacings: two samplings of a box or a disc by 300 points share 0.89 with it, 0.86 with

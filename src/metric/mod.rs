@@ -1,14 +1,17 @@
 //! Numbers that compare an achieved shape with a goal, and the costs that pull a rollout toward one.
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 mod alignment;
 mod assignment;
 mod chamfer;
+mod column;
 mod cost;
 mod coverage;
 mod emd;
 mod gibbs;
 mod iou;
+mod missed;
 mod morton;
 mod nearest;
 mod registration;
@@ -19,19 +22,21 @@ mod softmin;
 mod transport;
 mod weighted;
 
-pub use alignment::{Aligned, AlignedMetric, AlignedSpec};
+pub use alignment::{Aligned, AlignedMetric, AlignedMetricSpec, AlignedSpec};
 pub use chamfer::{Chamfer, ChamferSpec};
+pub use column::{Column, MetricSpec};
 pub use cost::{CostSpec, GoalCost, ShapeLoss};
-pub use coverage::{Coverage, Inside};
+pub use coverage::{Coverage, CoverageSpec, Inside, InsideSpec};
 pub use emd::{EMD_LIMIT, Emd, EmdSpec};
-pub use iou::Iou;
+pub use iou::{Iou, IouSpec};
+pub use missed::{Missed, MissedSpec};
 pub use rigid::{Freedom, Rigid};
-pub use rmse::MatchedRmse;
+pub use rmse::{MatchedRmse, MatchedRmseSpec};
 pub use sinkhorn::{Entropic, Sinkhorn, SinkhornSpec};
 pub use weighted::{Weighted, WeightedSpec};
 
 /// A scalar on two point clouds \[m\], or on two matched particle lists.
-pub trait Metric: Sync {
+pub trait Metric: Send + Sync {
     /// Column title.
     fn name(&self) -> &'static str;
     /// Unit, for the table: `m`, or nothing for a share in \[0, 1\].
@@ -46,7 +51,8 @@ pub trait Metric: Sync {
 }
 
 /// The direction in which a metric improves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Better {
     /// Distances: 0 is perfect.
     Lower,
@@ -63,7 +69,7 @@ pub enum Matching {
     Unmatched,
 }
 
-/// Every metric, in the order of the tables' columns.
+/// Every metric that each comparison reports, in the order of the tables' columns; a config may add others, see [`MetricSpec`].
 pub static METRICS: &[&dyn Metric] =
     &[&Chamfer, &Emd, &MatchedRmse, &Iou { voxel: None }, &Coverage { radius: None }, &Inside { radius: None }];
 

@@ -1,10 +1,23 @@
 //! Root mean square error of matched particles.
 use super::{Matching, Metric, is_finite};
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// `√((1/N) Σᵢ |aᵢ − bᵢ|²)` \[m\], row i of both lists being the same particle.
 #[derive(Clone, Copy, Debug)]
 pub struct MatchedRmse;
+
+/// Config of [`MatchedRmse`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MatchedRmseSpec {}
+
+impl MatchedRmseSpec {
+    pub(crate) fn build(self) -> anyhow::Result<MatchedRmse> {
+        Ok(MatchedRmse)
+    }
+}
 
 impl Metric for MatchedRmse {
     fn name(&self) -> &'static str {

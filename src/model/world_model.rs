@@ -15,6 +15,11 @@ pub trait Cost: Sync {
     /// `∂ℓₜ/∂xₜ`.
     fn gradient(&self, t: usize, horizon: usize, particles: &Particles) -> ParticlesGrad;
 
+    /// Whether that derivative says where the cost falls, which it does not of one that changes by steps.
+    fn has_gradient(&self) -> bool {
+        true
+    }
+
     /// J of a whole rollout.
     fn total(&self, rollout: &[Particles]) -> f64 {
         rollout.iter().enumerate().map(|(t, x)| self.at(t, rollout.len() - 1, x)).sum()

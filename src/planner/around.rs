@@ -38,6 +38,10 @@ impl Planner for Around {
         best.into_plan()
     }
 
+    fn wants_gradients(&self) -> bool {
+        self.search.wants_gradients()
+    }
+
     fn wants_proposals(&self) -> bool {
         self.search.wants_proposals()
     }

@@ -77,6 +77,10 @@ impl Planner for Descent {
         self.descend(objective, starts, Some(known), &mut best);
         best.into_plan()
     }
+
+    fn wants_gradients(&self) -> bool {
+        true
+    }
 }
 
 impl Descent {

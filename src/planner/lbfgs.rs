@@ -64,6 +64,10 @@ impl Planner for Lbfgs {
         }
         best.into_plan()
     }
+
+    fn wants_gradients(&self) -> bool {
+        true
+    }
 }
 
 /// Cost and `∂J/∂u` at fractions u of the box, `None` without a gradient or where either is not finite.

@@ -76,6 +76,11 @@ pub trait Planner: Send + Sync {
     /// The best plan found, or `None` when the objective lacks what this planner needs or no plan has a finite cost.
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan>;
 
+    /// Whether it has no plan without [`Objective::gradient`].
+    fn wants_gradients(&self) -> bool {
+        false
+    }
+
     /// Whether it asks for [`Objective::proposals`], which somebody then has to have learned.
     fn wants_proposals(&self) -> bool {
         false

@@ -40,6 +40,10 @@ impl Planner for Refine {
         best.into_plan()
     }
 
+    fn wants_gradients(&self) -> bool {
+        true
+    }
+
     fn wants_proposals(&self) -> bool {
         self.search.wants_proposals()
     }

@@ -44,10 +44,7 @@ impl<'a> Problem<'a> {
         cost: &'a dyn Cost,
         steps: usize,
     ) -> anyhow::Result<Self> {
-        ensure!(steps > 0, "a motion needs at least one control step");
-        let space = tool.space(&piece);
-        room(&space, &piece)?;
-        model.accepts(&scene).context("the model cannot start from this scene")?;
+        let space = begun(model, tool, &scene, &piece, steps)?;
         Ok(Self { model, tool, scene, piece, space, cost, steps, learned: None })
     }
 
@@ -66,6 +63,21 @@ impl<'a> Problem<'a> {
         let cost = self.cost.total(rollout);
         if cost.is_finite() && rollout.iter().all(Particles::is_finite) { cost } else { f64::INFINITY }
     }
+}
+
+/// The box that `tool` has for `piece`, if `model` can move it in `steps` control steps from `scene`.
+fn begun(
+    model: &dyn WorldModel,
+    tool: &dyn Tool,
+    scene: &Scene,
+    piece: &Workpiece,
+    steps: usize,
+) -> anyhow::Result<ActionSpace> {
+    ensure!(steps > 0, "a motion needs at least one control step");
+    let space = tool.space(piece);
+    room(&space, piece)?;
+    model.accepts(scene).context("the model cannot start from this scene")?;
+    Ok(space)
 }
 
 /// Whether every bound of the box that a tool has for `piece` leaves room.
@@ -95,6 +107,9 @@ impl Objective for Problem<'_> {
     }
 
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+        if !self.cost.has_gradient() {
+            return None;
+        }
         let motion = self.motion(plan);
         let scene = Scene { poses: motion.start, ..self.scene.clone() };
         let gradient = self.model.gradient(&scene, &motion.controls, self.cost)?;

@@ -1,10 +1,10 @@
 //! Several primitives in a row as one objective: each starts from what the model predicts after the one before.
-use super::{BATCH, room};
+use super::{BATCH, begun, room};
 use crate::model::{Cost, Gradient, WorldModel};
 use crate::planner::Objective;
 use crate::state::{ActionSpace, Particles, ParticlesGrad, Scene};
 use crate::tool::{Motion, Tool, Workpiece};
-use anyhow::{Context, ensure};
+use anyhow::Context;
 use glam::DVec3;
 
 /// `J(θ₁, u₂ … u_k) = Σₜ ℓₜ(xₜ)` over the rollouts of k primitives, each with its own tool.
@@ -54,17 +54,14 @@ impl<'a> Sequence<'a> {
         cost: &'a dyn Cost,
         steps: usize,
     ) -> anyhow::Result<Self> {
-        ensure!(steps > 0, "a motion needs at least one control step");
         let (first, later) = tools.split_first().context("a sequence needs at least one tool")?;
-        let mut space = first.space(&piece);
-        room(&space, &piece)?;
+        let mut space = begun(model, *first, &scene, &piece, steps)?;
         for (tool, number) in later.iter().zip(2..) {
             let names = tool.space(&piece).names;
             space.low.extend(names.iter().map(|_| 0.0));
             space.high.extend(names.iter().map(|_| 1.0));
             space.names.extend(names.iter().map(|name| format!("{name} of action {number}")));
         }
-        model.accepts(&scene).context("the model cannot start from this scene")?;
         Ok(Self { model, tools, scene, piece, space, cost, steps })
     }
 
@@ -173,6 +170,9 @@ impl Objective for Sequence<'_> {
     }
 
     fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+        if !self.cost.has_gradient() {
+            return None;
+        }
         let (stages, before) = self.stages(plan)?;
         let (mut cost, mut slope, mut at_end) = (before, Vec::new(), Vec::new());
         for (place, stage) in stages.iter().enumerate().rev() {

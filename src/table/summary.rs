@@ -3,7 +3,7 @@ use super::paired::paired;
 use super::verdict::verdict;
 use super::{Grid, Interval};
 use crate::compare::Row;
-use crate::metric::{Better, METRICS, Metric};
+use crate::metric::{Better, Column, METRICS};
 use indexmap::{IndexMap, IndexSet};
 
 fn interval<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> Option<Interval> {
@@ -14,20 +14,26 @@ fn column<'a>(rows: &[&'a Row], read: impl Fn(&'a Row) -> Option<f64>) -> String
     Interval::millimetres(interval(rows, read))
 }
 
+/// A metric's name and how its numbers are read.
+type Named = (String, Column);
+
 /// The metrics that any row knows of: rows made before a metric was there have no column of it.
-fn known(rows: &[Row]) -> Vec<&'static dyn Metric> {
-    METRICS.iter().copied().filter(|m| rows.iter().any(|row| row.metrics.contains_key(m.name()))).collect()
+fn known(rows: &[Row]) -> Vec<Named> {
+    let always = METRICS.iter().map(|metric| (metric.name().to_owned(), Column::of(*metric)));
+    let mut columns: IndexMap<String, Column> = always.collect();
+    columns.extend(rows.iter().flat_map(|row| row.columns.clone()));
+    columns.into_iter().filter(|(name, _)| rows.iter().any(|row| row.metrics.contains_key(name))).collect()
 }
 
 /// Title of a metric's column: lengths \[m\] are printed as millimetres, shares as they are.
-fn title(metric: &dyn Metric) -> String {
-    if metric.unit() == "m" { format!("{} [mm]", metric.name()) } else { metric.name().to_owned() }
+fn title((name, column): &Named) -> String {
+    if column.unit == "m" { format!("{name} [mm]") } else { name.clone() }
 }
 
 /// A metric's cell, of numbers by metric's name.
-fn cell<'a>(metric: &dyn Metric, rows: &[&'a Row], read: impl Fn(&'a Row) -> &'a Numbers) -> String {
-    let found = interval(rows, |row| read(row).get(metric.name()).copied().flatten());
-    if metric.unit() == "m" { Interval::millimetres(found) } else { Interval::shares(found) }
+fn cell<'a>((name, column): &Named, rows: &[&'a Row], read: impl Fn(&'a Row) -> &'a Numbers) -> String {
+    let found = interval(rows, |row| read(row).get(name).copied().flatten());
+    if column.unit == "m" { Interval::millimetres(found) } else { Interval::shares(found) }
 }
 
 type Numbers = IndexMap<String, Option<f64>>;
@@ -49,14 +55,14 @@ pub fn summary(all: &[Row]) -> Grid {
     }
     let mut header: Vec<String> = ["planner", "model", "planned"].map(String::from).to_vec();
     let metrics = known(all);
-    header.extend(metrics.iter().map(|m| title(*m)));
+    header.extend(metrics.iter().map(title));
     header.extend(["cost [mm]", "predicted−achieved [mm]", "Δ start [mm]"].map(String::from));
     header.extend(REFERENCES.map(|model| format!("Δ {model} [mm]")));
     header.extend(["rollouts", "gradients", "not finite", "seconds"].map(String::from));
     let line = |(&(planner, model), rows): (&(&str, &str), &Vec<&Row>)| {
         let mut cells = vec![planner.to_owned(), model.to_owned()];
         cells.push(format!("{}/{}", rows.iter().filter(|r| r.achieved.is_some()).count(), rows.len()));
-        cells.extend(metrics.iter().map(|m| cell(*m, rows, |r| &r.metrics)));
+        cells.extend(metrics.iter().map(|m| cell(m, rows, |r| &r.metrics)));
         cells.push(column(rows, |r| r.achieved));
         cells.push(column(rows, |r| Some(r.predicted? - r.achieved?)));
         cells.push(column(rows, |r| Some(r.achieved? - r.start)));
@@ -76,10 +82,10 @@ pub fn summary(all: &[Row]) -> Grid {
     Grid { title: "Comparison".into(), header, rows: lines, notes: notes(all) }
 }
 
-fn floor_line(rows: &[Row], metrics: &[&dyn Metric], width: usize) -> Vec<String> {
+fn floor_line(rows: &[Row], metrics: &[Named], width: usize) -> Vec<String> {
     let rows: Vec<&Row> = rows.iter().collect();
     let mut cells = vec!["".to_owned(), "sampling floor".to_owned(), "".to_owned()];
-    cells.extend(metrics.iter().map(|m| cell(*m, &rows, |r| &r.floors)));
+    cells.extend(metrics.iter().map(|m| cell(m, &rows, |r| &r.floors)));
     cells.resize(width, String::new());
     cells
 }
@@ -105,7 +111,9 @@ fn notes(rows: &[Row]) -> Vec<String> {
         let against = |(p, m): (&String, &String)| (format!("{m} ({p})"), difference(rows, p, m, reference));
         notes.push(format!("against {reference}: {}", verdict(others.map(against))));
     }
-    let higher = known(rows).into_iter().filter(|m| m.better() == Better::Higher).map(|m| m.name()).collect::<Vec<_>>();
+    let known = known(rows);
+    let higher = known.iter().filter(|(_, column)| column.better == Better::Higher);
+    let higher = higher.map(|(name, _)| name.as_str()).collect::<Vec<_>>();
     if !higher.is_empty() {
         notes.push(format!("{}: shares, of which the higher is better", higher.join(", ")));
     }
@@ -142,6 +150,19 @@ mod tests {
         assert_eq!((cell(&grid, 0, "chamfer [mm]"), cell(&grid, 0, "iou")), (Some("4.00"), Some("0.75")));
         assert_eq!(cell(&grid, 1, "iou"), Some("0.75"), "the sampling floor has it too");
         assert!(grid.notes.iter().any(|note| note.starts_with("iou: shares")), "{:?}", grid.notes);
+    }
+
+    #[test]
+    fn a_metric_that_a_config_added_is_read_as_its_row_says() {
+        let mut added = row(r#"{"chamfer":0.004,"aligned":0.003,"iou_fine":0.75}"#);
+        added.columns = serde_json::from_str(
+            r#"{"aligned":{"unit":"m","better":"lower"},"iou_fine":{"unit":"","better":"higher"}}"#,
+        )
+        .unwrap();
+        let grid = summary(&[row(r#"{"chamfer":0.004}"#), Row { model: "n".into(), ..added }]);
+        assert_eq!((cell(&grid, 1, "aligned [mm]"), cell(&grid, 1, "iou_fine")), (Some("3.00"), Some("0.75")));
+        assert_eq!(cell(&grid, 0, "aligned [mm]"), Some("–"), "a row that was made without it has none");
+        assert!(grid.notes.iter().any(|note| note.starts_with("iou_fine: shares")), "{:?}", grid.notes);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! Fitting models to data: one loop for everything learned, identification for everything written.
 //!
+//! The one loop is `training_loop.rs`: whatever has weights is a `Learner` there, world models (`trainer.rs`) and networks of two clouds
+//! (`point_net/`) alike.
+//!
 //! Both minimise the same number on the same windows of the training episodes, the error [`Matched`], so that their
 //! results can be compared; [`evaluate`] then scores any model on episodes that neither has seen.
 mod adam;
@@ -25,6 +28,7 @@ mod split;
 mod spread;
 mod train_spec;
 mod trainer;
+mod training_loop;
 mod unmatched;
 mod unroll;
 mod validation;

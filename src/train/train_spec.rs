@@ -138,7 +138,11 @@ impl TrainSpec {
             let inside = low <= value && value <= high;
             anyhow::ensure!(inside, "`{key}` of the training config is {value}; give a number from {low} to {high}");
         }
-        self.loss.clone().map(CostSpec::build).transpose().context("in `loss` of the training config")?;
+        let loss = self.loss.clone().map(CostSpec::build).transpose().context("in `loss` of the training config")?;
+        anyhow::ensure!(
+            loss.is_none_or(|loss| loss.has_gradient()),
+            "`loss` of the training config has no gradient to train by; name a distance, such as {{ kind = \"chamfer\" }}"
+        );
         Ok(Trainer { spec: self })
     }
 }

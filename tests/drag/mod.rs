@@ -162,8 +162,11 @@ pub(crate) fn goal(length: f64, theta: &[f64]) -> Vec<DVec3> {
 }
 
 pub(crate) fn cost(kind: &str, goal: Vec<DVec3>) -> GoalCost {
-    let text =
-        if kind == "weighted" { "kind = 'weighted'\nchamfer = 0.5\nemd = 0.5" } else { &format!("kind = '{kind}'") };
+    let text = match kind {
+        "weighted" => "kind = 'weighted'\nchamfer = 0.5\nemd = 0.5",
+        "iou" => "kind = 'missed'\nof = { kind = 'iou', voxel = 0.01 }",
+        _ => &format!("kind = '{kind}'"),
+    };
     let spec: CostSpec = toml_edit::de::from_str(text).unwrap();
     GoalCost::new(spec.build().unwrap(), goal).unwrap()
 }

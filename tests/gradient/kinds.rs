@@ -1,9 +1,9 @@
 //! The other kinds of learned model: their gradients are what central differences of their rollouts are, by weights too.
 use super::direction::Direction;
-use super::problem::{STEPS, problem};
+use super::problem::{STEPS, problem, vector};
 use glam::DVec3;
 use pliant::model::Cost;
-use pliant::state::Twist;
+use pliant::state::{Particles, ParticlesGrad, Twist};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use specs::{shaken, specs};
@@ -76,6 +76,51 @@ fn pictures_and_codes_have_the_gradients_of_their_rollouts() {
         assert!(size > 1e-4, "{name}: derivatives by weights of about {size} show nothing");
         for (exact, error) in trials {
             assert!(error < 5e-3 * size, "{name}, weights: {exact} is off by {error}");
+        }
+    }
+}
+
+/// `J = Σ aᵢ·x_H` over the two lower layers of the lump.
+struct Below(Vec<DVec3>);
+
+impl Cost for Below {
+    fn at(&self, t: usize, horizon: usize, x: &Particles) -> f64 {
+        if t < horizon { 0.0 } else { self.0.iter().zip(&x.positions).map(|(a, x)| a.dot(*x)).sum() }
+    }
+    fn gradient(&self, t: usize, horizon: usize, x: &Particles) -> ParticlesGrad {
+        let mut grad = ParticlesGrad::zero(x.len());
+        if t == horizon {
+            grad.positions[..self.0.len()].copy_from_slice(&self.0);
+        }
+        grad
+    }
+}
+
+/// Where a particle lies is seen from above or told to the code, and moves others by that alone.
+#[test]
+fn what_moves_others_through_the_picture_or_the_code_has_its_gradient() {
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    let (scene, controls, _) = problem(&mut rng);
+    let cost = Below((0..32).map(|_| 1e3 * vector(&mut rng)).collect());
+    for (name, spec) in specs() {
+        let model = shaken(&spec);
+        let gradient = model.gradient(&scene, &controls, &cost).unwrap().scene.particles.positions;
+        let trials: Vec<(f64, f64)> = (0..6)
+            .map(|_| {
+                let along: Vec<DVec3> = (32..48).map(|_| vector(&mut rng)).collect();
+                let exact = gradient[32..].iter().zip(&along).map(|(g, d)| g.dot(*d)).sum();
+                let error = error(exact, [1e-4, 3e-5, 1e-5, 3e-6, 1e-6], |h| {
+                    let mut moved = scene.clone();
+                    moved.particles.positions[32..].iter_mut().zip(&along).for_each(|(x, d)| *x += h * *d);
+                    cost.total(&model.rollout(&moved, &controls))
+                });
+                (exact, error)
+            })
+            .collect();
+        let size = typical(&trials);
+        assert!(size > 1e-2, "{name}: derivatives of about {size} show nothing");
+        for (exact, error) in trials {
+            assert!(error < 2e-2 * size, "{name}: {exact} is off by {error}");
         }
     }
 }

@@ -3,7 +3,6 @@ use super::{Goal, GoalMaker, HIDDEN, Source, execute, inside};
 use crate::metric::Matching;
 use crate::state::stream;
 use anyhow::Context;
-use indexmap::IndexMap;
 use rand::Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -40,6 +39,6 @@ impl GoalMaker for Drawn {
         execute(tool.as_ref(), source.dataset.steps, &mut world, |space| {
             Ok((0..space.dimension()).map(|_| low + (high - low) * rng.random::<f64>()).collect())
         })?;
-        Ok(Goal { points: world.particles().positions, matching: Matching::Matched, floors: IndexMap::new() })
+        Ok(Goal { points: world.particles().positions, matching: Matching::Matched, samplings: None })
     }
 }

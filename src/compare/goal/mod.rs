@@ -1,6 +1,6 @@
 //! Goals: the shapes that plans aim at. None comes from a model that plans.
 use crate::data::DatasetSpec;
-use crate::metric::{METRICS, Matching, sampling_floor};
+use crate::metric::{Matching, Metric, sampling_floor};
 use crate::perception::{Observation, Perception, PerceptionSpec};
 use crate::shape::{Shape, ShapeSpec, read_points};
 use crate::state::{ActionSpace, stream};
@@ -30,9 +30,19 @@ pub struct Goal {
     pub points: Vec<DVec3>,
     /// Whether row i is where particle i should go.
     pub matching: Matching,
-    /// Every metric between two samplings of the shape, by name; empty for a matched goal, which is no sampling: zero can be
-    /// reached.
-    pub floors: IndexMap<String, Option<f64>>,
+    /// Two more samplings of the shape \[m\]; none of a goal that is no sampling: it can be reached.
+    pub samplings: Option<[Vec<DVec3>; 2]>,
+}
+
+impl Goal {
+    /// What each of `metrics` says of two samplings of the shape; nothing of a goal that is no sampling.
+    pub fn floors<'m>(
+        &self,
+        metrics: impl Iterator<Item = (&'m str, &'m dyn Metric)>,
+    ) -> IndexMap<String, Option<f64>> {
+        let Some([first, second]) = &self.samplings else { return IndexMap::new() };
+        metrics.map(|(name, metric)| (name.to_owned(), sampling_floor(metric, first, second))).collect()
+    }
 }
 
 /// What a goal is drawn from.
@@ -119,7 +129,7 @@ impl GoalMaker for Simulated {
         let mut world = source.start.clone();
         hidden(tool, action, source, &mut world, &mut stream(source.seed, &[HIDDEN]))?;
         let points = world.particles().positions;
-        Ok(Goal { points, matching: Matching::Matched, floors: IndexMap::new() })
+        Ok(Goal { points, matching: Matching::Matched, samplings: None })
     }
 }
 
@@ -175,8 +185,8 @@ impl GoalMaker for ShapeGoal {
         let start = source.start.particles();
         let centre = Workpiece::around(&start).centre;
         let points = self.0.points(start.len(), &mut stream(source.seed, &[SAMPLES]));
-        let floors = floors(sampled(self.0.as_ref(), start.len(), source.seed));
-        Ok(Goal { points: points.into_iter().map(|p| p + centre).collect(), matching: Matching::Unmatched, floors })
+        let samplings = samplings(sampled(self.0.as_ref(), start.len(), source.seed));
+        Ok(Goal { points: points.into_iter().map(|p| p + centre).collect(), matching: Matching::Unmatched, samplings })
     }
 }
 
@@ -197,7 +207,7 @@ impl GoalMaker for Cloud {
         let region = self.perception.region(&cloud).with_context(|| format!("in {}", self.file.display()))?;
         let count = source.start.particles().len();
         let points = region.points(count, &mut stream(source.seed, &[SAMPLES]));
-        Ok(Goal { floors: floors(sampled(&region, count, source.seed)), points, matching: Matching::Unmatched })
+        Ok(Goal { samplings: samplings(sampled(&region, count, source.seed)), points, matching: Matching::Unmatched })
     }
 }
 
@@ -205,10 +215,9 @@ impl GoalMaker for Cloud {
 const HIDDEN: u64 = u64::from_le_bytes(*b"hidden  ");
 const SAMPLES: u64 = u64::from_le_bytes(*b"samples ");
 
-/// Every metric between samplings 1 and 2 of a shape.
-fn floors(sampling: impl Fn(u64) -> Vec<DVec3>) -> IndexMap<String, Option<f64>> {
-    let (first, second) = (sampling(1), sampling(2));
-    METRICS.iter().map(|m| (m.name().to_owned(), sampling_floor(*m, &first, &second))).collect()
+/// Samplings 1 and 2 of a shape; the goal is another one.
+fn samplings(sampling: impl Fn(u64) -> Vec<DVec3>) -> Option<[Vec<DVec3>; 2]> {
+    Some([sampling(1), sampling(2)])
 }
 
 /// The samplings of `shape` by `count` points.

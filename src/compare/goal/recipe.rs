@@ -3,7 +3,6 @@ use super::{Goal, GoalMaker, HIDDEN, Source, hidden};
 use crate::metric::Matching;
 use crate::state::stream;
 use crate::world::{MaterialSpec, SceneSpec, World};
-use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +51,6 @@ impl GoalMaker for Recipe {
             hidden(tool, action, source, &mut world, &mut rng)?;
         }
         let points = world.particles().positions;
-        Ok(Goal { points, matching: Matching::Unmatched, floors: IndexMap::new() })
+        Ok(Goal { points, matching: Matching::Unmatched, samplings: None })
     }
 }

@@ -1,5 +1,5 @@
 //! Letters, one for every piece of material.
-use super::{Goal, GoalMaker, SAMPLES, Source, floors};
+use super::{Goal, GoalMaker, SAMPLES, Source, samplings};
 use crate::metric::Matching;
 use crate::shape::{Extruded, Glyph, Shape, letter};
 use crate::state::{Particles, stream};
@@ -81,8 +81,8 @@ impl GoalMaker for Word {
             };
             letters.iter().flat_map(points).collect()
         };
-        let floors = floors(|k| sampling(&[SAMPLES, k]));
-        Ok(Goal { points: sampling(&[SAMPLES]), matching: Matching::Unmatched, floors })
+        let samplings = samplings(|k| sampling(&[SAMPLES, k]));
+        Ok(Goal { points: sampling(&[SAMPLES]), matching: Matching::Unmatched, samplings })
     }
 }
 

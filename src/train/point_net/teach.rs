@@ -1,19 +1,16 @@
-//! The loop that fits a network of two clouds to examples.
+//! Fitting a network of two clouds to examples.
 use super::clouds::POINT;
 use super::{Clouds, PointNetSpec};
-use crate::config::{hold, write_whole};
+use crate::config::{hold, vacate, write_whole};
 use crate::model::net::{Judge, PointNet, PointNetArchitecture, Trainable, forward, pull};
-use crate::train::adam::clip;
-use crate::train::checkpoint::{Best, Checkpoint, load, save};
-use crate::train::journal::Journal;
-use crate::train::rate_at;
+use crate::train::Keep;
+use crate::train::training_loop::{Batch, Learned, Learner, TrainingLoop, digest};
 use crate::watch::Watch;
 use anyhow::ensure;
-use rand::{Rng, SeedableRng};
+use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Two clouds, and what a network should say of them.
@@ -31,20 +28,6 @@ pub(in crate::train) struct Lesson<'a, T> {
     pub(in crate::train) loss: &'a Loss<'a, T>,
     /// Greatest angle about the vertical by which examples are turned at random \[rad\].
     pub(in crate::train) turn: f64,
-}
-
-/// A line of `metrics.jsonl`.
-#[derive(Serialize)]
-struct Line {
-    step: u64,
-    /// Mean since the last line.
-    loss: f64,
-    /// Mean since the last line, before clipping.
-    gradient_norm: f64,
-    rate: f64,
-    seconds: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    validation: Option<f64>,
 }
 
 /// The weights that a finished training left; their presence says that it has finished.
@@ -74,13 +57,16 @@ pub(in crate::train) fn taught<'a, T: Sync + 'a>(
     watch: &Watch,
 ) -> anyhow::Result<Option<PointNet>> {
     spec.check()?;
-    let _held = hold(folder)?;
+    let held = hold(folder)?;
     let net = PointNet::new(PointNetArchitecture { width: spec.width, outputs }, spec.seed);
     let path = folder.join(WEIGHTS);
     if path.exists() {
         return net.loaded(Some(&path)).map(Some);
     }
-    let Some(lesson) = lesson()? else { return Ok(None) };
+    let Some(lesson) = lesson()? else {
+        vacate(held, folder);
+        return Ok(None);
+    };
     let mut net = net;
     lesson.teach(spec, &mut net, folder, watch)?;
     net.save(&path)?;
@@ -93,85 +79,26 @@ impl<T: Sync> Lesson<'_, T> {
         let aside = ((spec.validation * count as f64).ceil() as usize).min(count.saturating_sub(1));
         let (fitted, aside) = self.examples.split_at(count - aside);
         ensure!(!fitted.is_empty(), "there is no example to learn from");
-        let (path, identity) = (folder.join("checkpoint.bin"), self.identity(spec)?);
-        let mut state = load(&path, &identity)?.unwrap_or_else(|| Checkpoint::new(net.weights()));
-        let mut journal = Journal::open(folder, state.step)?;
-        let bar = watch.stage("teach", spec.steps).with_position(state.step);
-        bar.reset_eta();
-        let before = state.seconds;
-        net.set_weights(&state.weights);
-        while state.step < spec.steps {
-            let rate = self.advance(spec, net, fitted, &mut state)?;
-            state.seconds = before + bar.elapsed().as_secs_f64();
-            bar.inc(1);
-            if state.step.is_multiple_of(spec.log_every) || state.step == spec.steps {
-                let validation = (!aside.is_empty()).then(|| self.error(net, aside));
-                if let Some(error) = validation
-                    && state.best.as_ref().map_or(f64::INFINITY, |best| best.error) > error
-                {
-                    state.best = Some(Best { error, step: state.step, weights: state.weights.clone() });
-                }
-                let (steps, loss, norm) = std::mem::take(&mut state.since);
-                let mean = |sum: f64| sum / steps as f64;
-                let (loss, gradient_norm, seconds) = (mean(loss), mean(norm), state.seconds);
-                journal.line(&Line { step: state.step, loss, gradient_norm, rate, seconds, validation })?;
-                save(&path, &identity, &state)?;
-            }
-            if watch.stopped() && state.step < spec.steps {
-                save(&path, &identity, &state)?;
-                let (step, steps) = (state.step, spec.steps);
-                watch.go_on(|| format!("teaching stopped after step {step} of {steps}; the same command goes on"))?;
-            }
-        }
-        bar.finish_and_clear();
-        let kept = state.best.as_ref().map_or(state.step, |best| best.step);
-        let report = serde_json::json!({ "steps": state.step, "kept": kept, "examples": count,
-            "validation": state.best.as_ref().map(|best| best.error), "seconds": state.seconds });
-        write_whole(&folder.join("taught.json"), &serde_json::to_vec_pretty(&report)?)?;
-        if let Some(best) = state.best {
-            net.set_weights(&best.weights);
-        }
-        Ok(())
-    }
-
-    /// One step: draws a batch, sums its gradients in their order, clips, and lets Adam move the weights.
-    fn advance(
-        &self,
-        spec: &PointNetSpec,
-        net: &mut PointNet,
-        examples: &[Example<T>],
-        state: &mut Checkpoint,
-    ) -> anyhow::Result<f64> {
-        let step = state.step + 1;
-        let mut rng = ChaCha8Rng::seed_from_u64(spec.seed);
-        rng.set_stream(step);
-        let noise = spec.noise / spec.extent;
-        let batch: Vec<(Clouds, &T)> = (0..spec.batch)
-            .map(|_| {
-                let Example { clouds, target } = &examples[rng.random_range(0..examples.len())];
-                (clouds.disturbed(self.turn, noise, &mut rng), target)
-            })
-            .collect();
-        let fixed = &*net;
-        let gradients: Vec<(f64, Vec<f32>)> =
-            batch.par_chunks(TOGETHER).map(|some| self.gradient(fixed, some)).collect();
-        let share = 1.0 / spec.batch as f64;
-        let loss = share * gradients.iter().map(|(loss, _)| loss).sum::<f64>();
-        let mut sum = vec![0.0_f32; state.weights.len()];
-        for (_, gradient) in &gradients {
-            sum.iter_mut().zip(gradient).for_each(|(s, g)| *s += share as f32 * g);
-        }
-        let norm = clip(&mut sum, spec.clip);
-        ensure!(
-            loss.is_finite() && norm.is_finite(),
-            "teaching stopped before step {step}: its loss is {loss} and its gradient's length {norm}; lower `network.rate`"
-        );
-        let rate = rate_at(step, spec.steps, spec.warm_up, spec.rate, spec.last_rate);
-        state.adam.step(step, &mut state.weights, &sum, rate);
-        net.set_weights(&state.weights);
-        state.step = step;
-        state.since = (state.since.0 + 1, state.since.1 + loss, state.since.2 + norm);
-        Ok(rate)
+        let course = TrainingLoop {
+            steps: spec.steps,
+            batch: spec.batch,
+            rate: spec.rate,
+            warm_up: spec.warm_up,
+            last_rate: spec.last_rate,
+            clip: spec.clip,
+            validate_every: spec.log_every,
+            log_every: spec.log_every,
+            keep: Keep::Best,
+            seed: spec.seed,
+            identity: self.identity(spec)?,
+            folder,
+            watch,
+        };
+        let Learned { steps, kept, error, seconds } =
+            course.run(&mut Pupil { lesson: self, spec, net, fitted, aside })?;
+        let report = serde_json::json!({ "steps": steps, "kept": kept, "examples": count, "validation": error,
+            "seconds": seconds });
+        write_whole(&folder.join("taught.json"), &serde_json::to_vec_pretty(&report)?)
     }
 
     /// Sum of losses, and its derivative by the weights.
@@ -187,19 +114,65 @@ impl<T: Sync> Lesson<'_, T> {
         (losses.iter().sum(), weights)
     }
 
-    /// Mean loss on undisturbed examples.
-    fn error(&self, net: &PointNet, examples: &[Example<T>]) -> f64 {
-        let loss = |e: &Example<T>| (self.loss)(&said(net, &[&e.clouds]), &e.target).0;
-        examples.par_iter().map(loss).collect::<Vec<_>>().iter().sum::<f64>() / examples.len() as f64
-    }
-
     /// What a checkpoint must have been made by to be continued here: this config and these clouds.
     fn identity(&self, spec: &PointNetSpec) -> anyhow::Result<String> {
-        let mut hash = Sha256::new();
-        for number in self.examples.iter().flat_map(|e| e.clouds.points.iter().flatten()) {
-            hash.update(number.to_le_bytes());
-        }
-        let digest = hash.finalize().iter().map(|b| format!("{b:02x}")).collect::<String>();
-        Ok(format!("{} {digest}", serde_json::to_string(spec)?))
+        let numbers = self.examples.iter().flat_map(|e| e.clouds.points.iter().flatten());
+        Ok(format!("{} {}", serde_json::to_string(spec)?, digest(numbers.map(|number| number.to_le_bytes()))))
+    }
+}
+
+/// A network and the examples that it learns from.
+struct Pupil<'a, T> {
+    lesson: &'a Lesson<'a, T>,
+    spec: &'a PointNetSpec,
+    net: &'a mut PointNet,
+    fitted: &'a [Example<T>],
+    aside: &'a [Example<T>],
+}
+
+/// Mean loss on undisturbed examples that are not trained on.
+#[derive(Serialize)]
+struct Verdict {
+    validation: f64,
+}
+
+impl<T: Sync> Learner for Pupil<'_, T> {
+    type Verdict = Verdict;
+
+    fn weights(&self) -> Vec<f32> {
+        self.net.weights()
+    }
+
+    fn set_weights(&mut self, weights: &[f32]) {
+        self.net.set_weights(weights);
+    }
+
+    fn batch(&self, _: u64, rng: &mut ChaCha8Rng) -> anyhow::Result<Batch> {
+        let noise = self.spec.noise / self.spec.extent;
+        let (drawn, examples): (Vec<usize>, Vec<(Clouds, &T)>) = (0..self.spec.batch)
+            .map(|_| {
+                let place = rng.random_range(0..self.fitted.len());
+                let Example { clouds, target } = &self.fitted[place];
+                (place, (clouds.disturbed(self.lesson.turn, noise, rng), target))
+            })
+            .unzip();
+        let net = &*self.net;
+        let parts = examples.par_chunks(TOGETHER).map(|some| self.lesson.gradient(net, some)).collect();
+        Ok(Batch { drawn, parts })
+    }
+
+    fn judge(&self) -> anyhow::Result<Option<Verdict>> {
+        let loss = |e: &Example<T>| (self.lesson.loss)(&said(self.net, &[&e.clouds]), &e.target).0;
+        let losses: Vec<f64> = self.aside.par_iter().map(loss).collect();
+        Ok((!losses.is_empty()).then(|| Verdict { validation: losses.iter().sum::<f64>() / losses.len() as f64 }))
+    }
+
+    fn error(verdict: &Verdict) -> f64 {
+        verdict.validation
+    }
+
+    fn advice(&self, drawn: &[usize]) -> String {
+        let places: Vec<String> = drawn.iter().map(usize::to_string).collect();
+        format!("(examples {}); lower `network.rate`", places.join(", "))
     }
 }
