@@ -3,6 +3,7 @@ use super::adam::clip;
 use super::checkpoint::{Best, Checkpoint, load, save};
 use super::evaluate::{Evaluation, evaluate};
 use super::journal::Journal;
+use super::layers::frozen;
 use super::matched::{Matched, displacement_scale};
 use super::schedule::rate_at;
 use super::sparsity::shrink;
@@ -23,6 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::ops::Range;
 use std::path::Path;
 
 /// Fits weights to data by gradient descent.
@@ -95,6 +97,7 @@ impl Trainer {
              \"learned_pair\" within whose reach something is"
         );
 
+        let frozen = frozen(&model.matrices(), &spec.layers)?;
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         let path = folder.join("checkpoint.bin");
         let identity = self.identity(&weights, scale)?;
@@ -105,7 +108,8 @@ impl Trainer {
         let before = state.seconds;
         model.set_weights(&state.weights);
         while state.step < spec.steps {
-            let rate = self.advance(model, &windows, &Objective { scale, loss: loss.as_deref() }, &mut state)?;
+            let objective = Objective { scale, loss: loss.as_deref(), frozen: &frozen };
+            let rate = self.advance(model, &windows, &objective, &mut state)?;
             state.seconds = before + bar.elapsed().as_secs_f64();
             bar.inc(1);
             let due = |every: u64| state.step.is_multiple_of(every) || state.step == spec.steps;
@@ -175,6 +179,8 @@ impl Trainer {
         for gradient in &gradients {
             sum.iter_mut().zip(&gradient.weights).for_each(|(s, g)| *s += share as f32 * g);
         }
+        // Before clipping, so that what stands still does not shorten the steps of what moves.
+        objective.frozen.iter().for_each(|place| sum[place.clone()].fill(0.0));
         let norm = clip(&mut sum, spec.clip);
         if !loss.is_finite() || !norm.is_finite() {
             let mut episodes: Vec<String> = episodes.iter().map(usize::to_string).collect();
@@ -228,6 +234,8 @@ impl Trainer {
 struct Objective<'a> {
     scale: f64,
     loss: Option<&'a dyn ShapeLoss>,
+    /// Places of the weights that it is not minimised over.
+    frozen: &'a [Range<usize>],
 }
 
 impl<'a> Objective<'a> {
