@@ -9,7 +9,7 @@ use crate::cpu::{cpu_seconds, process_seconds};
 use crate::speaking::shaken;
 use anyhow::{Context, ensure};
 use indexmap::IndexSet;
-use pliant::compare::{CompareSpec, RUNS, Source};
+use pliant::compare::{Artifacts, CompareSpec, RUNS, Source};
 use pliant::config;
 use pliant::data::{Episode, record};
 use pliant::metric::GoalCost;
@@ -42,7 +42,7 @@ const PROPOSAL: (&str, f64) = ("a policy's proposal", 0.05);
 const GRADIENT: f64 = 5.0;
 /// Rollouts and gradients in a row between two looks at the clock of a thread, which ticks every few milliseconds.
 const PASSES: usize = 8;
-/// A model that only the search of the first claim plans with.
+/// A model that only the search of the first claim plans with; of the others, only the claim's plans with that.
 const BESIDE: &str = "learned_150";
 const SMOKE: [&str; 3] = ["dataset.scene.particles=40", "dataset.steps=4", "policy.samples=4"];
 
@@ -66,7 +66,11 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
             let mut made = bench.passes(posed)?;
             for (planner, search) in &spec.planner {
                 watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())?;
-                if *name != BESIDE || planner == CLAIMED.1 {
+                let wanted = match planner == CLAIMED.1 {
+                    true => [CLAIMED.0, BESIDE].contains(name),
+                    false => *name != BESIDE,
+                };
+                if wanted {
                     let budget = Budget { rollouts, ..spec.budget };
                     made.extend(bench.plan(posed, (planner, &*search.clone().build()?), budget, repeat)?);
                 }
@@ -111,7 +115,7 @@ impl Bench<'_> {
         let (tool, maker) = (tool.clone().build()?, spec.goal[0].clone().build()?);
         let source = Source { start, dataset: &spec.dataset, root: &spec.data.root, seed: 0 };
         let goal = maker.make(&source)?.points;
-        let folder = Path::new(RUNS).join("control_rate").join(name);
+        let (folder, _) = Artifacts::below(RUNS.as_ref()).folder("control_rate", &(spec, name));
         let policy = spec.policy.fit(&*model, &*tool, episodes, spec.dataset.steps, &folder, watch)?;
         let piece = self.piece();
         let space = tool.space(&piece);
