@@ -221,7 +221,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             if spent[0].is_finite() { format!("{:.0} + {:.0}", spent[0], spent[1]) } else { "–".to_owned() },
             format!("{middle:.3} ({least:.3}–{most:.3})"),
             format!("{:.3}", median(of(model, what, "cpu"))),
-            format!("{:.2}", middle.recip()),
+            format!("{:.3}", middle.recip()),
         ]);
     }
     let verdict = |holds: bool| if holds { "holds" } else { "fails" };
@@ -230,7 +230,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         format!("{model} {price:.2} ({})", verdict(price <= GRADIENT))
     });
     let (model, search, most) = CLAIMED;
-    let plan = median(of(model, search, "seconds"));
+    let [plan, work] = ["seconds", "cpu"].map(|key| median(of(model, search, key)));
     let proposals = models.iter().map(|model| median(of(model, PROPOSAL.0, "seconds"))).fold(f64::NAN, f64::max);
     let all = |key: &str| rows.iter().map(|row| number(row, key)).filter(|x| x.is_finite()).collect::<Vec<f64>>();
     let rollouts = models.iter().map(|model| format!("{model} {:.1}", 1e3 * median(of(model, "rollout", "cpu"))));
@@ -257,7 +257,11 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 median(all("load"))
             ),
             format!("CPU milliseconds of one rollout: {}", rollouts.collect::<Vec<_>>().join(", ")),
-            format!("{search} with {model}: {plan:.2} s (claim: {most} s; {})", verdict(plan <= most)),
+            format!(
+                "{search} with {model}: {plan:.1} s, {work:.1} CPU seconds, which two idle cores have no sooner than in {:.1} s (claim: {most} s; {})",
+                0.5 * work,
+                verdict(plan <= most)
+            ),
             format!(
                 "{} {:.1} ms at most (claim: {:.0} ms; {})",
                 PROPOSAL.0,
