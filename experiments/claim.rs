@@ -149,6 +149,7 @@ impl Experiment {
                         .iter_mut()
                         .filter(elsewhere)
                         .for_each(|change| change.push("dataset.episodes=6".into()));
+                    spec.seeds.truncate(1);
                     spec.set.extend(SMOKE.iter().chain(*smoke).map(|change| (*change).to_owned()));
                 }
                 let outcome = sweep::run::<CompareSpec>(&spec, watch)?;

@@ -12,6 +12,7 @@ mod box_bath;
 mod claim;
 mod closed_loop;
 mod collisions;
+mod control_rate;
 mod cpu;
 mod distil;
 mod disturbances;
@@ -21,12 +22,14 @@ mod film;
 mod formula;
 mod generalise;
 mod gradient_quality;
+mod gradients;
 mod hierarchy;
 mod horizon;
 mod hybrid;
 mod identify;
 mod letters;
 mod lump;
+mod materials;
 mod menu;
 mod metrics;
 mod mpm_speed;
@@ -84,6 +87,7 @@ const EXPERIMENTS: &[Experiment] = &[
     network_speed::CLAIM,
     planning_speed::CLAIM,
     rounding::CLAIM,
+    control_rate::CLAIM,
     scaling::CLAIM,
     metrics::CLAIM,
     formula::CLAIM,
@@ -93,6 +97,8 @@ const EXPERIMENTS: &[Experiment] = &[
     gradient_quality::CLAIM,
     policy::CLAIM,
     planners::CLAIM,
+    gradients::CLAIM,
+    materials::CLAIM,
     tool_choice::CLAIM,
     mpm_speed::CLAIM,
 ];

@@ -21,9 +21,13 @@ pub(crate) fn speaking(
     ];
     let words = [&words[..], changes].concat();
     let spec = config::load::<ContenderSpec>("configs/model/learned.toml".as_ref(), &words)?.spec;
-    let mut model = spec.dynamics.build()?;
+    Ok(shaken(spec.dynamics.build()?, purpose))
+}
+
+/// The model with its weights changed a little by the stream of `purpose`, so that none is silent.
+pub(crate) fn shaken(mut model: Box<dyn WorldModel>, purpose: &[u8; 8]) -> Box<dyn WorldModel> {
     let mut rng = stream(1, &[u64::from_le_bytes(*purpose)]);
     let shaken: Vec<f32> = model.weights().iter().map(|w| w + rng.random_range(-0.01..0.01)).collect();
     model.set_weights(&shaken);
-    Ok(model)
+    model
 }

@@ -5,14 +5,16 @@ use pliant::data::Dataset;
 use pliant::watch::Watch;
 use std::path::Path;
 
-const SMALL: [&str; 8] = [
+const SMALL: [&str; 10] = [
     "dataset=smoke",
-    "model=[analytic_adapted, learned, learned_adapted]",
+    "model=[analytic_adapted, learned, learned_adapted, learned_first_layers]",
     "model.analytic_adapted.train.identify.evaluations=12",
     "model.analytic_adapted.adapt.identify_again.evaluations=12",
     "model.learned.train.network.steps=4",
     "model.learned_adapted.train.network.steps=4",
     "model.learned_adapted.adapt.fine_tune.steps=3",
+    "model.learned_first_layers.train.network.steps=4",
+    "model.learned_first_layers.adapt.first_layers.steps=3",
     "seeds=[0]",
 ];
 
@@ -44,6 +46,18 @@ fn a_model_that_adapts_goes_on_from_its_fit_with_episodes_of_the_scene_that_is_p
     );
     assert_eq!(learned.stages["network"], adapted.stages["network"], "one fit for both");
     assert_ne!(learned.model.weights(), adapted.model.weights());
+    let first = named(&contenders, "learned_first_layers");
+    let (before, after) = (learned.model.weights(), first.model.weights());
+    let mut end = 0;
+    for (name, count) in first.model.matrices() {
+        let own = end..end + count;
+        end = own.end;
+        let learns = name.starts_with("node.") || name.starts_with("round.0.");
+        // What sends messages over edges that are nowhere in the data has nothing to learn from.
+        let may_stay = learns && name.contains(".edge.");
+        assert!(may_stay || (before[own.clone()] != after[own]) == learns, "{name}");
+    }
+    assert_eq!(end, after.len());
     let again = named(&contenders, "analytic_adapted").stages.keys().cloned().collect::<Vec<_>>();
     assert_eq!(again, ["identify", "identify_again"]);
 
@@ -67,6 +81,31 @@ fn interactions_are_as_many_as_were_asked_for_and_begin_as_no_episode_of_the_dat
     sets.sort_by_key(Vec::len);
     assert_eq!(sets.iter().map(Vec::len).collect::<Vec<_>>(), [5, 6]);
     assert!(sets[0].iter().all(|start| !sets[1].contains(start)), "a start that was learned from already");
+}
+
+#[test]
+fn another_draw_of_interactions_teaches_something_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let drawn = |seed: &str| {
+        let words = [
+            "dataset=smoke",
+            "model=[learned_adapted]",
+            "model.learned_adapted.train.network.steps=4",
+            "model.learned_adapted.adapt.fine_tune.steps=3",
+            "seeds=[0]",
+            "interactions=5",
+            seed,
+        ];
+        let words = words.map(str::to_owned);
+        let mut spec = config::load::<CompareSpec>("configs/compare/materials.toml".as_ref(), &words).unwrap().spec;
+        spec.artifacts = folder.path().to_owned();
+        let (contenders, predictions) = fit(&spec, &Watch::silent()).unwrap();
+        (named(&contenders, "learned_adapted").model.weights(), predictions[0].held_out.clone())
+    };
+    let (first, second) = (drawn("interactions_seed=0"), drawn("interactions_seed=1"));
+    assert_ne!(first.0, second.0, "fitted to other episodes");
+    assert_ne!(first.1, second.1, "and judged on others");
+    assert_eq!(first, drawn("interactions_seed=0"));
 }
 
 #[test]

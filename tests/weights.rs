@@ -1,8 +1,11 @@
 //! Weights on disk and the learned law's config: what is written comes back, and what cannot be used is a sentence.
+use pliant::compare::ContenderSpec;
+use pliant::config;
 use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec};
 use pliant::model::net::{Aggregation, Sharing};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use safetensors::SafeTensors;
 
 fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
@@ -88,4 +91,35 @@ fn impossible_configs_are_sentences() {
     assert!(complaint(&|s| s.radius = f64::NAN).contains("radius"));
     assert!(complaint(&|s| s.width = 0).contains("width"));
     assert!(complaint(&|s| s.rounds = 0).contains("rounds"));
+}
+
+#[test]
+fn every_model_calls_its_weights_what_their_file_calls_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.safetensors");
+    let mut named = 0;
+    for entry in std::fs::read_dir("configs/model").unwrap() {
+        let file = entry.unwrap().path();
+        let mut model = config::load::<ContenderSpec>(&file, &[]).unwrap().spec.dynamics.build().unwrap();
+        let count = model.weights().len();
+        if count == 0 {
+            assert_eq!(model.matrices(), [], "{}", file.display());
+            continue;
+        }
+        // No number twice, so that one in another place is noticed.
+        let weights: Vec<f32> = (0..count).map(|k| k as f32).collect();
+        model.set_weights(&weights);
+        model.save_weights(&path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let stored = SafeTensors::deserialize(&bytes).unwrap();
+        let mut end = 0;
+        for (name, size) in model.matrices() {
+            let own: Vec<u8> = weights[end..end + size].iter().flat_map(|w| w.to_le_bytes()).collect();
+            assert_eq!(stored.tensor(&name).unwrap().data(), own, "{name} of {}", file.display());
+            end += size;
+        }
+        assert_eq!((end, stored.len()), (count, model.matrices().len()), "{}", file.display());
+        named += 1;
+    }
+    assert!(named > 8, "only {named} models have weights");
 }

@@ -106,7 +106,7 @@ fn interactions(
 ) -> anyhow::Result<Option<(Split, Fingerprint)>> {
     let Some(episodes) = spec.interactions else { return Ok(None) };
     // Other random numbers than those of the dataset: nobody has seen these starts.
-    let seed = spec.dataset.seed.wrapping_add(INTERACTIONS);
+    let seed = spec.dataset.seed.wrapping_add(INTERACTIONS).wrapping_add(spec.interactions_seed);
     let there = DatasetSpec { episodes, seed, ..spec.planned().dataset };
     let (folder, mark) = artifacts.folder("dataset", &there);
     let dataset = simulate(&there, &folder, watch)?;

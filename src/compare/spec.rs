@@ -43,6 +43,9 @@ pub struct CompareSpec {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 5))]
     pub interactions: Option<usize>,
+    /// Which interactions: another number, other starts and actions.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub interactions_seed: u64,
     /// Where attempts start; by default a start of the scene drawn by the seed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<StartSpec>,
@@ -119,6 +122,10 @@ fn runs() -> PathBuf {
 
 fn one() -> usize {
     1
+}
+
+fn is_zero(seed: &u64) -> bool {
+    *seed == 0
 }
 
 fn is_one(count: &usize) -> bool {

@@ -61,6 +61,12 @@ pub trait Dynamics: Send + Sync {
         Vec::new()
     }
 
+    /// Name of each weight matrix, as the file of weights has it, and how many weights it holds, in the order of
+    /// [`Dynamics::weights`]; empty where they have none.
+    fn matrices(&self) -> Vec<(String, usize)> {
+        Vec::new()
+    }
+
     /// Replaces the trainable weights by `weights`, laid out as [`Dynamics::weights`].
     fn set_weights(&mut self, weights: &[f32]) {
         assert!(weights.is_empty(), "a model without weights was given some");

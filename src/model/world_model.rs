@@ -100,6 +100,10 @@ pub trait WorldModel: Send + Sync {
     }
     /// See [`Dynamics::weights`].
     fn weights(&self) -> Vec<f32>;
+    /// See [`Dynamics::matrices`].
+    fn matrices(&self) -> Vec<(String, usize)> {
+        Vec::new()
+    }
     /// See [`Dynamics::set_weights`].
     fn set_weights(&mut self, weights: &[f32]);
     /// See [`Dynamics::save_weights`].
@@ -167,6 +171,10 @@ impl<D: Dynamics> WorldModel for D {
 
     fn weights(&self) -> Vec<f32> {
         Dynamics::weights(self)
+    }
+
+    fn matrices(&self) -> Vec<(String, usize)> {
+        Dynamics::matrices(self)
     }
 
     fn set_weights(&mut self, weights: &[f32]) {

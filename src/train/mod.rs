@@ -18,6 +18,7 @@ mod identification;
 mod identify;
 mod identify_spec;
 mod journal;
+mod layers;
 mod matched;
 pub mod point_net;
 pub mod policy;

@@ -71,6 +71,10 @@ pub struct TrainSpec {
     #[serde(default, skip_serializing_if = "nothing")]
     #[schemars(range(min = 0.0))]
     pub sparsity: f64,
+    /// Layers that learn, each by its name in the file of weights or by the beginning of that up to a dot, such as `round.0`; the others
+    /// stay as they are. All learn where none is named.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<String>,
     /// Which weights are the result.
     pub keep: Keep,
     /// Path into the model's config of the key that is to name the file of trained weights.

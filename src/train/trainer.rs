@@ -1,5 +1,6 @@
 //! Training of whatever a world model has learned, a pure network and the learned law of a hybrid alike.
 use super::evaluate::{Evaluation, evaluate};
+use super::layers::frozen;
 use super::matched::{Matched, displacement_scale};
 use super::sparsity::shrink;
 use super::split::{Split, set_aside};
@@ -19,6 +20,7 @@ use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::Path;
 
 /// Fits weights to data by gradient descent.
@@ -77,6 +79,7 @@ impl Trainer {
              \"learned_pair\" within whose reach something is"
         );
 
+        let frozen = frozen(&model.matrices(), &spec.layers)?;
         let course = TrainingLoop {
             steps: spec.steps,
             batch: spec.batch,
@@ -92,7 +95,7 @@ impl Trainer {
             folder,
             watch,
         };
-        let mut pupil = Pupil { spec, model, windows, validation, scale, loss };
+        let mut pupil = Pupil { spec, model, windows, validation, scale, loss, frozen };
         let Learned { steps, kept, seconds, .. } = course.run(&mut pupil)?;
         let judged = !split.held_out.is_empty();
         let held_out = judged.then(|| evaluate(pupil.model, &split.held_out, &split.tools)).transpose()?;
@@ -116,6 +119,8 @@ struct Pupil<'a> {
     validation: Vec<Window<'a>>,
     scale: f64,
     loss: Option<Box<dyn ShapeLoss>>,
+    /// Places of the weights that stay as they are.
+    frozen: Vec<Range<usize>>,
 }
 
 impl Pupil<'_> {
@@ -134,6 +139,8 @@ impl Pupil<'_> {
         if spec.sparsity > 0.0 {
             gradient.cost += shrink(model, &part.scene, &part.controls[0], spec.sparsity, &mut gradient.weights);
         }
+        // Before clipping, so that what stands still does not shorten the steps of what moves.
+        self.frozen.iter().for_each(|place| gradient.weights[place.clone()].fill(0.0));
         Some((gradient.cost, gradient.weights))
     }
 }

@@ -81,6 +81,10 @@ impl Dynamics for Toy {
         self.weights.clone()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        ["keep", "push", "lift"].map(|name| (name.to_owned(), 1)).to_vec()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.weights.copy_from_slice(weights);
         if let Some((watch, left)) = &mut self.stop {

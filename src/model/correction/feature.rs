@@ -86,6 +86,10 @@ impl Correction for Feature {
         self.0.0.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.0.0.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.0.0.set_weights(weights);
     }

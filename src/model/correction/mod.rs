@@ -58,6 +58,11 @@ pub trait Correction: Send + Sync {
     fn weights(&self) -> Vec<f32> {
         Vec::new()
     }
+    /// Name of each weight matrix, as the file of weights has it, and how many weights it holds, in the order of
+    /// [`Correction::weights`].
+    fn matrices(&self) -> Vec<(String, usize)> {
+        Vec::new()
+    }
     /// Replaces the weights.
     fn set_weights(&mut self, weights: &[f32]) {
         assert!(weights.is_empty(), "a correction without weights was given some");

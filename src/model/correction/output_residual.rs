@@ -94,6 +94,10 @@ impl Correction for OutputResidual {
         self.0.0.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.0.0.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.0.0.set_weights(weights);
     }

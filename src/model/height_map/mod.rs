@@ -111,6 +111,10 @@ impl<N: Layers + Trainable + Send + Sync> Dynamics for HeightMapModel<N> {
         self.network.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.network.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.network.set_weights(weights);
     }

@@ -183,6 +183,10 @@ impl Dynamics for LatentModel {
         self.net.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.net.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.net.set_weights(weights);
     }

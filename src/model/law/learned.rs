@@ -227,6 +227,10 @@ impl Law for Learned {
         self.network.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.network.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.network.set_weights(weights);
     }

@@ -35,6 +35,11 @@ pub(crate) trait Trainable {
         self.parameters_mut().replace(weights);
     }
 
+    /// Name of each weight matrix, and how many weights it holds, in the order of [`Trainable::weights`].
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.parameters().names()
+    }
+
     /// Writes every weight matrix by name, whole or not at all.
     fn save(&self, path: &Path) -> anyhow::Result<()> {
         weights::save(self.parameters(), self.architecture(), path)

@@ -171,6 +171,11 @@ impl Stack {
         assert_eq!(weights.len(), own.zip(weights).map(|(own, w)| *own = f64::from(*w)).count(), "as many weights");
     }
 
+    /// Name of each weight matrix, and how many weights it holds, in the order of [`Stack::weights`].
+    pub(crate) fn matrices(&self) -> Vec<(String, usize)> {
+        self.shapes().map(|(name, (rows, columns))| (name, rows * columns)).collect()
+    }
+
     /// Writes every weight matrix by name, whole or not at all.
     ///
     /// # Errors

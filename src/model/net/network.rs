@@ -123,6 +123,11 @@ impl Network {
         self.rounded = OnceLock::new();
     }
 
+    /// Name of each weight matrix, and how many weights it holds, in the order of [`Network::weights`].
+    pub fn matrices(&self) -> Vec<(String, usize)> {
+        self.weights.names()
+    }
+
     /// Each weight matrix with its name and shape, in the order of the flat list.
     #[cfg(test)]
     pub(super) fn named(&self) -> impl Iterator<Item = (&str, (usize, usize), &[f32])> {

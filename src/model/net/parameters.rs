@@ -128,6 +128,11 @@ impl Parameters {
         self.slots.0.iter().zip(&self.matrices).map(|(slot, w)| (slot.name.as_str(), slot.shape, entries(w)))
     }
 
+    /// Each weight matrix's name, and how many of the flat list are its own.
+    pub(super) fn names(&self) -> Vec<(String, usize)> {
+        self.slots.0.iter().map(|slot| (slot.name.clone(), slot.len())).collect()
+    }
+
     /// A layer's weight, whole, and its bias.
     pub(super) fn layer(&self, (weight, bias): (usize, usize)) -> (Part, &Matrix) {
         (self.whole(weight), &self[bias])

@@ -228,6 +228,11 @@ impl Dynamics for ParticleModel {
         self.laws.iter().flat_map(|law| law.weights()).chain(corrections).collect()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        let corrections = self.corrections.iter().flat_map(|correction| correction.matrices());
+        self.laws.iter().flat_map(|law| law.matrices()).chain(corrections).collect()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         let laws = self.spans.last().map_or(0, |span| span.weights.end);
         let count = self.corrected.last().map_or(laws, |span| span.end);

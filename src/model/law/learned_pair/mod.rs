@@ -198,6 +198,10 @@ impl Law for LearnedPair {
         self.stack.weights()
     }
 
+    fn matrices(&self) -> Vec<(String, usize)> {
+        self.stack.matrices()
+    }
+
     fn set_weights(&mut self, weights: &[f32]) {
         self.stack.set_weights(weights);
     }
