@@ -2,12 +2,11 @@
 use super::motion::{Motion, add, add_tool};
 use super::{Correction, Outcome, OutcomeGrad};
 use crate::model::law::{Law, LearnedSpec, View};
-use crate::state::{MEMORY, Particles, ParticlesGrad, Scene};
+use crate::state::{MEMORY, Particles, ParticlesGrad};
 use anyhow::ensure;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Config of [`Feature`]: that of the network.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,16 +45,12 @@ impl Feature {
 }
 
 impl Correction for Feature {
-    fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
-        self.0.0.accepts(scene)
+    fn network(&self) -> Option<&dyn Law> {
+        Some(self.0.0.as_ref())
     }
 
-    fn memory(&self) -> usize {
-        self.0.0.memory().saturating_sub(1)
-    }
-
-    fn draws(&self) -> bool {
-        true
+    fn network_mut(&mut self) -> Option<&mut dyn Law> {
+        Some(self.0.0.as_mut())
     }
 
     fn correct(&self, outcome: &Outcome<'_>) -> Particles {
@@ -80,21 +75,5 @@ impl Correction for Feature {
         add(&mut predicted.positions, mean, per_step);
         before.past.iter_mut().zip(past).for_each(|(sum, rows)| add(sum, rows, 1.0));
         add_tool(before, &inner);
-    }
-
-    fn weights(&self) -> Vec<f32> {
-        self.0.0.weights()
-    }
-
-    fn matrices(&self) -> Vec<(String, usize)> {
-        self.0.0.matrices()
-    }
-
-    fn set_weights(&mut self, weights: &[f32]) {
-        self.0.0.set_weights(weights);
-    }
-
-    fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
-        self.0.0.save_weights(path)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A law says how particles accelerate; a correction sees where all laws together took them and says where they are instead, one
 //! after the other in the order of the config.
-use super::law::{View, ViewGrad};
+use super::law::{Law, View, ViewGrad};
 use crate::graph::Graph;
 use crate::state::{Particles, ParticlesGrad, Scene};
 use std::path::Path;
@@ -35,20 +35,28 @@ pub struct OutcomeGrad<'a> {
 
 /// A change of the prediction of a whole control step.
 pub trait Correction: Send + Sync {
+    /// The network that it asks, if any, once a control step and of what the laws predict.
+    fn network(&self) -> Option<&dyn Law> {
+        None
+    }
+    /// The same, for its weights to be replaced.
+    fn network_mut(&mut self) -> Option<&mut dyn Law> {
+        None
+    }
     /// Whether this correction can be asked about what starts from `scene`; called before any rollout.
     ///
     /// # Errors
     /// A sentence saying what does not suit the correction.
-    fn accepts(&self, _: &Scene) -> anyhow::Result<()> {
-        Ok(())
+    fn accepts(&self, scene: &Scene) -> anyhow::Result<()> {
+        self.network().map_or(Ok(()), |network| network.accepts(scene))
     }
-    /// Number of velocities before the start of the control step that it looks at.
+    /// Number of velocities before the start of the control step that it looks at: what a network sees first is the prediction.
     fn memory(&self) -> usize {
-        0
+        self.network().map_or(0, |network| network.memory().saturating_sub(1))
     }
     /// Whether it asks for a graph.
     fn draws(&self) -> bool {
-        false
+        self.network().is_some()
     }
     /// The particles at the end of the control step.
     fn correct(&self, outcome: &Outcome<'_>) -> Particles;
@@ -56,23 +64,29 @@ pub trait Correction: Send + Sync {
     fn correct_vjp(&self, outcome: &Outcome<'_>, at: &ParticlesGrad, grad: &mut OutcomeGrad<'_>);
     /// Trainable weights, flat.
     fn weights(&self) -> Vec<f32> {
-        Vec::new()
+        self.network().map_or_else(Vec::new, |network| network.weights())
     }
     /// Name of each weight matrix, as the file of weights has it, and how many weights it holds, in the order of
     /// [`Correction::weights`].
     fn matrices(&self) -> Vec<(String, usize)> {
-        Vec::new()
+        self.network().map_or_else(Vec::new, |network| network.matrices())
     }
     /// Replaces the weights.
     fn set_weights(&mut self, weights: &[f32]) {
-        assert!(weights.is_empty(), "a correction without weights was given some");
+        match self.network_mut() {
+            Some(network) => network.set_weights(weights),
+            None => assert!(weights.is_empty(), "a correction without weights was given some"),
+        }
     }
     /// Writes the weights by name to a file that the correction's config can name.
     ///
     /// # Errors
     /// When there are none, or the file cannot be written.
     fn save_weights(&self, path: &Path) -> anyhow::Result<()> {
-        anyhow::bail!("{} cannot be written: the correction has no weights", path.display())
+        match self.network() {
+            Some(network) => network.save_weights(path),
+            None => anyhow::bail!("{} cannot be written: the correction has no weights", path.display()),
+        }
     }
 }
 
