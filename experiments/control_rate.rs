@@ -2,9 +2,9 @@
 //! at most 5 s with the graph network on two threads, a policy's proposal at most 50 ms, and the gradient of a rollout at most five times
 //! the rollout.
 //!
-//! Command: `cargo run --release --bin experiments -- control_rate`, about half an hour. Table: `paper/tables/control_rate.tex`. Linux
+//! Command: `cargo run --release --bin experiments -- control_rate`, about ten minutes. Table: `paper/tables/control_rate.tex`. Linux
 //! only: CPU time and load are read from `/proc`.
-use crate::claim::{Experiment, Rows, Size, median, number, read};
+use crate::claim::{Experiment, Rows, Size, median, number, read, verdict};
 use crate::cpu::{cpu_seconds, process_seconds};
 use crate::speaking::shaken;
 use anyhow::{Context, ensure};
@@ -30,7 +30,7 @@ use std::time::Instant;
 pub(crate) const CLAIM: Experiment = Experiment {
     name: "control_rate",
     claim: "at RoboCook's size CEM plans in 5 s with the network on two threads, a policy proposes in 50 ms, a gradient takes 5 rollouts",
-    duration: "about 30 minutes",
+    duration: "about 10 minutes",
     rows: Rows::Measured(measure),
     table,
 };
@@ -48,7 +48,7 @@ const SMOKE: [&str; 3] = ["dataset.scene.particles=40", "dataset.steps=4", "poli
 
 fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let (words, repeats, rollouts) = match size {
-        Size::Paper => (Vec::new(), 5, usize::MAX),
+        Size::Paper => (Vec::new(), 1, usize::MAX),
         Size::Smoke => (SMOKE.map(str::to_owned).to_vec(), 1, 4),
     };
     let spec = config::load::<CompareSpec>("configs/compare/control_rate.toml".as_ref(), &words)?.spec;
@@ -224,7 +224,6 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             format!("{:.3}", middle.recip()),
         ]);
     }
-    let verdict = |holds: bool| if holds { "holds" } else { "fails" };
     let prices = models.iter().map(|model| {
         let price = median(of(model, "rollout", "gradient"));
         format!("{model} {price:.2} ({})", verdict(price <= GRADIENT))

@@ -2,7 +2,7 @@
 //! the model promises more of than sampling alone does, whatever the budget.
 //!
 //! Command: `cargo run --release --bin experiments -- gradients`, about fifteen minutes. Table: `paper/tables/gradients.tex`.
-use crate::claim::{Experiment, Rows, SMALL_FITS, Size, difference, median};
+use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, difference, median};
 use indexmap::IndexSet;
 use pliant::compare::{CompareSpec, Row, commit, compare};
 use pliant::config;
@@ -164,7 +164,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         for planner in planners.iter().filter(|planner| **planner != REFERENCE && !promises.is_empty()) {
             let own = promises.iter().filter(|(label, _)| label.starts_with(&format!("{planner} at ")));
             let always = own.into_iter().all(|(_, promise)| promise.is_some_and(|i| i.mean + i.half < 0.0));
-            kept.push(format!("{planner} with {model} {}", if always { "holds" } else { "fails" }));
+            kept.push(format!("{planner} with {model} {}", claim::verdict(always)));
         }
         if !promises.is_empty() {
             verdicts.extend([said("predicted", promises), said("achieved", costs)]);

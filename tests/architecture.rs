@@ -38,6 +38,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("dfdx", &["src/model/net/", "src/train/"]),
     ("parry3d", &["src/state/", "src/shape/", "src/world/"]),
     ("gemm", &["src/model/net/"]),
+    ("numkong", &["src/model/net/"]),
     ("wide", &["src/model/mpm/"]),
     ("egg", &["src/model/formula/"]),
     ("nalgebra", &["src/state/", "src/planner/"]),

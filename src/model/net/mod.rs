@@ -36,6 +36,7 @@ mod record;
 mod rounded;
 mod squareplus;
 mod three_layers;
+mod traced;
 mod unet;
 mod weights;
 
@@ -50,9 +51,10 @@ pub(crate) use latent::{
 pub(crate) use layers::{Layers, Trainable, forward, pull};
 pub(crate) use mixing::Mixing;
 pub(crate) use multilayer_perceptron::Stack;
-pub use network::{Network, Traced};
+pub use network::Network;
 pub(crate) use picture::Size;
 pub(crate) use point_net::{Judge, PointNet, PointNetArchitecture};
 pub use precision::Precision;
 pub use record::Wanted;
+pub use traced::Traced;
 pub(crate) use unet::{UNet, UNetArchitecture};

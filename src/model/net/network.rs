@@ -1,15 +1,16 @@
 //! The network's weights, its forward pass and its vector–Jacobian product.
 use super::architecture::{Architecture, Layout, Round};
 use super::dense::{Finish, dense};
-use super::input::{EDGE_FEATURES, Edges, EdgesGrad, Input, InputGrad};
+use super::input::{EDGE_FEATURES, Edges, Input, InputGrad};
 use super::message::{EdgeInput, Weights, message};
 use super::parameters::{Parameters, Perceptron};
 use super::part::Part;
 use super::precision::Precision;
 use super::record::{Matrix, Record, Wanted, entries};
 use super::rounded::Rounded;
+use super::traced::{Leaves, Traced};
 use super::weights::{load, save};
-use dfdx::prelude::{Cpu, CpuError, Gradients, HasShape, NoneTape, OwnedTape, Tape};
+use dfdx::prelude::{Cpu, HasShape, NoneTape, OwnedTape, Tape};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -29,60 +30,6 @@ pub struct Network {
 struct Rows {
     particles: usize,
     receivers: usize,
-}
-
-/// The leaves of the tape: what derivatives are asked of.
-struct Leaves {
-    nodes: Matrix,
-    edges: Vec<EdgeInput>,
-}
-
-/// The output of a [`Network`], and all that its derivatives need.
-pub struct Traced<'a> {
-    network: &'a Network,
-    record: Record<OwnedTape<f32, Cpu>>,
-    leaves: Leaves,
-    output: Matrix,
-}
-
-impl Traced<'_> {
-    /// (N, 3) row-major.
-    pub fn output(&self) -> &[f32] {
-        entries(&self.output)
-    }
-
-    /// Memory that it holds, but for what is small: of every edge two hidden layers a round, of every node four layers a round.
-    pub fn bytes(&self) -> usize {
-        let Architecture { width, rounds, .. } = self.network.architecture;
-        let edges: usize = self.leaves.edges.iter().map(|edges| edges.links.len()).sum();
-        size_of::<f32>() * width * rounds * (2 * edges + 4 * self.leaves.nodes.shape().0)
-    }
-
-    /// `∂J/∂input` from `∂J/∂output`, (N, 3); adds `∂J/∂weights` to `weights` unless that slice is empty.
-    ///
-    /// # Panics
-    /// When weights' derivatives are asked for that were not wanted.
-    pub fn pull(self, at_output: &[f32], weights: &mut [f32]) -> InputGrad {
-        let Self { network, record, leaves, output } = self;
-        assert!(
-            weights.is_empty() || record.wanted == Wanted::InputsAndWeights,
-            "weights' derivatives were not wanted"
-        );
-        if at_output.is_empty() {
-            return leaves.zero();
-        }
-        let mut grads = record.backward(output, at_output);
-        let grad = network.collect(&mut grads, &leaves, weights);
-        grad.expect("gradients of tensors that were just used fit in memory")
-    }
-}
-
-impl Leaves {
-    fn zero(&self) -> InputGrad {
-        let zero = |x: &Matrix| vec![0.0; entries(x).len()];
-        let edge = |e: &EdgeInput| EdgesGrad { features: zero(&e.features), window: zero(&e.window) };
-        InputGrad { nodes: zero(&self.nodes), edges: self.edges.iter().map(edge).collect() }
-    }
 }
 
 impl Network {
@@ -172,20 +119,7 @@ impl Network {
         let mut record = Record::<OwnedTape<f32, Cpu>>::new(wanted);
         let (rows, leaves) = self.leaves(&record, input);
         let output = self.run(&mut record, &rows, &leaves);
-        Traced { network: self, record, leaves, output }
-    }
-
-    fn collect(
-        &self,
-        grads: &mut Gradients<f32, Cpu>,
-        leaves: &Leaves,
-        weights: &mut [f32],
-    ) -> Result<InputGrad, CpuError> {
-        self.weights.collect(grads, weights)?;
-        let mut take = |leaf: &Matrix| Ok(std::mem::take(&mut **grads.get_or_alloc_mut(leaf)?));
-        let nodes = take(&leaves.nodes)?;
-        let edge = |e: &EdgeInput| Ok(EdgesGrad { features: take(&e.features)?, window: take(&e.window)? });
-        Ok(InputGrad { nodes, edges: leaves.edges.iter().map(edge).collect::<Result<_, _>>()? })
+        Traced { architecture: &self.architecture, weights: &self.weights, record, leaves, output }
     }
 
     fn run<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: &Rows, leaves: &Leaves) -> Matrix {
