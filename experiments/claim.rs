@@ -122,9 +122,18 @@ pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
 
 /// Achieved cost of `mine` minus that of `reference`, paired by goal and seed \[m\].
 pub(crate) fn difference(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
+    difference_of(|row| row.achieved, mine, reference)
+}
+
+/// A number of `mine` minus that of `reference`, paired by goal and seed.
+pub(crate) fn difference_of(
+    value: impl Fn(&Row) -> Option<f64>,
+    mine: &[&Row],
+    reference: &[&Row],
+) -> Option<Interval> {
     Interval::over_seeds(mine.iter().filter_map(|row| {
         let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
-        Some((row.seed, row.achieved? - other.achieved?))
+        Some((row.seed, value(row)? - value(other)?))
     }))
 }
 

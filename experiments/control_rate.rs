@@ -16,7 +16,7 @@ use pliant::metric::GoalCost;
 use pliant::model::WorldModel;
 use pliant::planner::Planner;
 use pliant::problem::{Budget, Metered, Problem};
-use pliant::state::{Scene, stream};
+use pliant::state::{Control, Scene, stream};
 use pliant::table::Grid;
 use pliant::tool::{Tool, Workpiece};
 use pliant::train::policy::Policy;
@@ -100,6 +100,8 @@ struct Posed {
     scene: Scene,
     cost: GoalCost,
     goal: Vec<glam::DVec3>,
+    /// Of the motion in the middle of the tool's box.
+    controls: Vec<Control>,
 }
 
 impl Bench<'_> {
@@ -122,7 +124,7 @@ impl Bench<'_> {
         let motion = tool.motion(&space.at(&vec![0.5; space.dimension()]), &piece, spec.dataset.steps);
         let scene = start.scene(tool.shape(), &motion.start);
         let cost = GoalCost::new(spec.cost.clone().build()?, goal.clone())?;
-        Ok(Posed { model, tool, policy, scene, cost, goal })
+        Ok(Posed { model, tool, policy, scene, cost, goal, controls: motion.controls })
     }
 
     fn piece(&self) -> Workpiece {
@@ -131,17 +133,15 @@ impl Bench<'_> {
 
     /// A rollout and its gradient on one thread, and what a policy proposes.
     fn passes(&self, posed: &Posed) -> anyhow::Result<Vec<Value>> {
-        let Posed { model, tool, policy, scene, cost, goal } = posed;
-        let (piece, steps) = (self.piece(), self.spec.dataset.steps);
-        let space = tool.space(&piece);
-        let motion = tool.motion(&space.at(&vec![0.5; space.dimension()]), &piece, steps);
+        let Posed { model, tool, policy, scene, cost, goal, controls } = posed;
+        let space = tool.space(&self.piece());
         self.pools[0].install(|| {
             let (mut rollout, mut gradient) = (Vec::new(), None);
             let often = |work: &mut dyn FnMut()| timed(cpu_seconds, || (0..PASSES).for_each(|_| work()));
-            let (_, _, forward) = often(&mut || rollout = model.rollout(scene, &motion.controls))?;
-            let moved = &rollout[steps];
+            let (_, _, forward) = often(&mut || rollout = model.rollout(scene, controls))?;
+            let moved = rollout.last().context("a rollout has a start")?;
             ensure!(moved.is_finite() && moved.positions != scene.particles.positions, "nothing moves, or all is lost");
-            let (_, _, backward) = often(&mut || gradient = model.gradient(scene, &motion.controls, cost))?;
+            let (_, _, backward) = often(&mut || gradient = model.gradient(scene, controls, cost))?;
             gradient.context("the model has lost its adjoint")?;
             let policy = policy.as_ref().context("no policy was learned")?;
             let current = &scene.particles.positions;
@@ -163,7 +163,7 @@ impl Bench<'_> {
         budget: Budget,
         repeat: u64,
     ) -> anyhow::Result<Option<Value>> {
-        let Posed { model, tool, policy, scene, cost, goal } = posed;
+        let Posed { model, tool, policy, scene, cost, goal, .. } = posed;
         let problem = Problem::new(&**model, &**tool, scene.clone(), self.piece(), cost, self.spec.dataset.steps)?;
         let problem = match policy {
             Some(policy) => problem.advised(policy, goal),

@@ -2,7 +2,7 @@
 //! the model promises more of than sampling alone does, whatever the budget.
 //!
 //! Command: `cargo run --release --bin experiments -- gradients`, about fifteen minutes. Table: `paper/tables/gradients.tex`.
-use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, difference, median};
+use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, difference, difference_of, median};
 use indexmap::IndexSet;
 use pliant::compare::{CompareSpec, Row, commit, compare};
 use pliant::config;
@@ -95,14 +95,6 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     Ok(rows)
 }
 
-/// Predicted cost of `mine` minus that of `reference`, paired by goal and seed \[m\].
-fn promised(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
-    Interval::over_seeds(mine.iter().filter_map(|row| {
-        let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
-        Some((row.seed, row.predicted? - other.predicted?))
-    }))
-}
-
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let read = |row: &Value| {
         let mut row = row.clone();
@@ -134,7 +126,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 continue;
             }
             let own = planner == REFERENCE;
-            let (promise, cost) = (promised(&mine, &reference), difference(&mine, &reference));
+            let (promise, cost) =
+                (difference_of(|row| row.predicted, &mine, &reference), difference(&mine, &reference));
             if !own {
                 promises.push((format!("{planner} at {budget}"), promise));
                 costs.push((format!("{planner} at {budget}"), cost));

@@ -17,7 +17,10 @@ const ROOM: usize = 256 << 20;
 /// How a sweep goes back through a step.
 pub(super) trait Back<S> {
     /// What the step leads to and its trace, where both are wanted.
-    fn trace<'a>(&self, adjoint: &'a dyn Adjoint<S>, state: &S, control: &Control) -> Option<(S, Traced<'a, S>)>;
+    fn trace<'a>(&self, adjoint: &'a dyn Adjoint<S>, state: &S, control: &Control) -> Option<(S, Traced<'a, S>)> {
+        let _ = (adjoint, state, control);
+        None
+    }
     /// `(∂J/∂xₜ, ∂J/∂uₜ)` from `∂J/∂xₜ₊₁`, `next`.
     fn pull(&mut self, step: Step<'_, S>, next: &[f64]) -> (Vec<f64>, ControlGrad);
 }

@@ -228,10 +228,6 @@ impl<S> Back<S> for Weights<'_> {
 struct Constants<'a>(&'a mut [f64]);
 
 impl<S> Back<S> for Constants<'_> {
-    fn trace<'a>(&self, _: &'a dyn Adjoint<S>, _: &S, _: &Control) -> Option<(S, Traced<'a, S>)> {
-        None
-    }
-
     fn pull(&mut self, step: Step<'_, S>, next: &[f64]) -> (Vec<f64>, ControlGrad) {
         step.adjoint.constants_vjp(step.state, step.control, next, self.0)
     }

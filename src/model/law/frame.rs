@@ -53,6 +53,13 @@ impl Frame {
         self.turn * v
     }
 
+    /// Adds rows of the frame, `unit` times, to vectors of the world.
+    pub(super) fn add(&self, unit: f64, rows: &[f32], out: &mut [DVec3]) {
+        for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
+            *a += self.leave(unit * glam::Vec3::from_slice(row).as_dvec3());
+        }
+    }
+
     /// A vector of the world in the frame.
     pub(super) fn enter(&self, v: DVec3) -> DVec3 {
         self.turn.inverse() * v

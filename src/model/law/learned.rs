@@ -153,15 +153,6 @@ impl Looked<'_> {
     }
 }
 
-impl Frame {
-    /// Adds rows of the frame, `unit` times, to vectors of the world.
-    fn add(&self, unit: f64, rows: &[f32], out: &mut [DVec3]) {
-        for (a, row) in out.iter_mut().zip(rows.chunks_exact(3)) {
-            *a += self.leave(unit * glam::Vec3::from_slice(row).as_dvec3());
-        }
-    }
-}
-
 impl Law for Learned {
     fn rate(&self) -> Rate {
         Rate::Step
