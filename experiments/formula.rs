@@ -110,21 +110,12 @@ impl Edges {
             // A layer that half sinks into the floor.
             (0..count).map(|n| DVec3::new(SPACING * n as f64, 0.0, 0.0025 + 0.0025 * vector().z)).collect()
         };
-        let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
-        let cells = CellList::new(&positions, if reach > 0.0 { reach + 0.1 * 0.0116 } else { SPACING });
-        for (i, at) in positions.iter().enumerate() {
-            let first = set.senders.len();
-            cells.near(*at, |j| {
-                if j > i
-                    && positions[j].distance(*at) < reach + 0.1 * 0.0116
-                    && set.senders.len() < edges
-                    && reach > 0.0
-                {
-                    set.senders.push(j as u32);
-                }
-            });
-            set.senders[first..].sort_unstable();
-            set.offsets.push(set.senders.len() as u32);
+        let mut set = EdgeSet { offsets: vec![0; count + 1], senders: Vec::new() };
+        if reach > 0.0 {
+            let near = reach + 0.1 * 0.0116;
+            set = CellList::new(&positions, near).neighbours(&positions, near).only(|i, j| i < j);
+            set.senders.truncate(edges);
+            set.offsets.iter_mut().for_each(|end| *end = (*end).min(edges as u32));
         }
         let mut sets = vec![EdgeSet { offsets: vec![0; count + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         let edges = if reach > 0.0 { set.len() } else { count };

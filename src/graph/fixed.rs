@@ -1,5 +1,5 @@
 //! A graph whose particles stay joined to those that were near when a rollout began.
-use super::{CellList, EdgeSet, Graph, GraphPolicy, Nodes, Radius, Skeleton};
+use super::{Graph, GraphPolicy, Nodes, Radius, Skeleton};
 use crate::state::Particles;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,9 +35,8 @@ pub struct Fixed {
 impl GraphPolicy for Fixed {
     fn skeleton(&self, particles: &Particles, body: &[u32]) -> Skeleton {
         let positions = particles.positions.clone();
-        let cells = CellList::new(&positions, self.reach());
         let nodes = Nodes { particles: positions.len(), positions, ..Nodes::default() };
-        let all: EdgeSet = cells.neighbours(&nodes, self.reach(), |i, j| i != j && body[i] == body[j]);
+        let all = nodes.near(self.reach()).only(|i, j| i != j && body[i] == body[j]);
         let bonds = self.degree.map(|most| all.nearest(&nodes, most)).unwrap_or(all);
         Skeleton { bonds, ..Skeleton::default() }
     }

@@ -1,14 +1,13 @@
 //! The table of edge kinds: who sends to a particle, and what the edge means.
-use super::{CellList, EdgeSet, Nodes};
+use super::{EdgeSet, Nodes};
 use anyhow::Context;
 
 /// What an edge means. A new kind is one implementation and one row of [`EDGE_KINDS`].
 pub trait EdgeKind: Sync {
     /// Its name in configs, weights and tables.
     fn name(&self) -> &'static str;
-    /// Its edges into every particle or root, from what is within `radius` \[m\] where it joins what is near; `cells` indexes
-    /// `nodes.positions`.
-    fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet;
+    /// Its edges into every particle or root, where it joins what is near those of `near`, all within `radius` \[m\], that it takes.
+    fn connect(&self, nodes: &Nodes, near: &EdgeSet, radius: f64) -> EdgeSet;
     /// How its messages fade with distance.
     fn window(&self) -> Window {
         Window::Fading
@@ -62,8 +61,8 @@ impl EdgeKind for ParticleToParticle {
     fn name(&self) -> &'static str {
         "particle"
     }
-    fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet {
-        cells.neighbours(nodes, radius, |receiver, sender| sender < nodes.particles && sender != receiver)
+    fn connect(&self, nodes: &Nodes, near: &EdgeSet, _: f64) -> EdgeSet {
+        near.only(|receiver, sender| sender < nodes.particles && sender != receiver)
     }
 }
 
@@ -71,8 +70,9 @@ impl EdgeKind for ToolToParticle {
     fn name(&self) -> &'static str {
         "tool"
     }
-    fn connect(&self, nodes: &Nodes, cells: &CellList, radius: f64) -> EdgeSet {
-        cells.neighbours(nodes, radius, |_, sender| nodes.tool().contains(&sender))
+    fn connect(&self, nodes: &Nodes, near: &EdgeSet, _: f64) -> EdgeSet {
+        let samples = nodes.tool();
+        near.only(|_, sender| samples.contains(&sender))
     }
 }
 
@@ -81,7 +81,7 @@ impl EdgeKind for FloorToParticle {
     fn name(&self) -> &'static str {
         "floor"
     }
-    fn connect(&self, nodes: &Nodes, _: &CellList, radius: f64) -> EdgeSet {
+    fn connect(&self, nodes: &Nodes, _: &EdgeSet, radius: f64) -> EdgeSet {
         let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
         for position in &nodes.positions[..nodes.particles] {
             let near = nodes.planes().zip(&nodes.planes).filter(|(_, plane)| plane.distance(*position) < radius);
@@ -97,7 +97,7 @@ impl EdgeKind for LeafToRoot {
     fn name(&self) -> &'static str {
         "leaf_root"
     }
-    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+    fn connect(&self, nodes: &Nodes, _: &EdgeSet, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
         nodes.roots().children().for_each(|(root, children)| rows[root] = children.to_vec());
         EdgeSet::from_rows(rows)
@@ -115,7 +115,7 @@ impl EdgeKind for RootToRoot {
     fn name(&self) -> &'static str {
         "root_root"
     }
-    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+    fn connect(&self, nodes: &Nodes, _: &EdgeSet, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
         for level in nodes.roots().levels() {
             for root in level.clone() {
@@ -136,7 +136,7 @@ impl EdgeKind for RootToLeaf {
     fn name(&self) -> &'static str {
         "root_leaf"
     }
-    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+    fn connect(&self, nodes: &Nodes, _: &EdgeSet, _: f64) -> EdgeSet {
         let mut rows = vec![Vec::new(); nodes.receivers()];
         for (root, children) in nodes.roots().children() {
             children.iter().for_each(|&child| rows[child as usize].push(root as u32));
@@ -156,7 +156,7 @@ impl EdgeKind for Bond {
     fn name(&self) -> &'static str {
         "bond"
     }
-    fn connect(&self, nodes: &Nodes, _: &CellList, _: f64) -> EdgeSet {
+    fn connect(&self, nodes: &Nodes, _: &EdgeSet, _: f64) -> EdgeSet {
         nodes.skeleton.bonds.clone()
     }
     fn window(&self) -> Window {

@@ -52,6 +52,17 @@ impl EdgeSet {
         Self::from_rows(self.offsets.windows(2).enumerate().map(row).collect())
     }
 
+    /// The edges that `keep(receiver, sender)` says.
+    pub fn only(&self, keep: impl Fn(usize, usize) -> bool) -> Self {
+        let mut set = Self { offsets: vec![0], senders: Vec::with_capacity(self.len()) };
+        for (i, row) in self.offsets.windows(2).enumerate() {
+            let row = &self.senders[row[0] as usize..row[1] as usize];
+            set.senders.extend(row.iter().copied().filter(|&j| keep(i, j as usize)));
+            set.offsets.push(set.senders.len() as u32);
+        }
+        set
+    }
+
     /// Number of edges.
     pub fn len(&self) -> usize {
         self.senders.len()

@@ -1,5 +1,5 @@
 //! The nodes of a graph: object particles, their roots, samples of the tool's surface, walls, and the floor.
-use super::{Roots, Skeleton};
+use super::{CellList, EdgeSet, Roots, Skeleton};
 use crate::state::{Particles, Pose, ToolShape, Wall};
 use glam::DVec3;
 use std::ops::Range;
@@ -86,6 +86,12 @@ impl Nodes {
             Some(plane) => self.planes[plane].offset_to(self.positions[i]),
             None => self.positions[i] - self.positions[j],
         }
+    }
+
+    /// Edges into every particle from all particles, itself too, roots and tool samples strictly within `radius` \[m\].
+    pub fn near(&self, radius: f64) -> EdgeSet {
+        let cells = CellList::new(&self.positions[..self.tool().end], radius);
+        cells.neighbours(&self.positions[..self.particles], radius)
     }
 
     /// Number of rows.

@@ -4,6 +4,10 @@ use anyhow::ensure;
 use glam::{DVec3, IVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Points whose distances are compared at a time.
+const LANES: usize = 16;
 
 /// Config of [`Radius`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,10 +58,10 @@ impl Radius {
 
 impl GraphPolicy for Radius {
     fn connect(&self, nodes: Nodes) -> Graph {
-        let cells = CellList::new(&nodes.positions[..nodes.tool().end], self.radius);
+        let near = nodes.near(self.radius);
         let mut edges = vec![EdgeSet { offsets: vec![0; nodes.particles + 1], senders: Vec::new() }; EDGE_KINDS.len()];
         for &kind in &self.kinds {
-            let all = EDGE_KINDS[kind].connect(&nodes, &cells, self.radius);
+            let all = EDGE_KINDS[kind].connect(&nodes, &near, self.radius);
             edges[kind] = match self.degree {
                 Some(most) if EDGE_KINDS[kind].window() == Window::Fading => all.nearest(&nodes, most),
                 _ => all,
@@ -78,7 +82,9 @@ pub struct CellList {
     inverse: f64,
     size: IVec3,
     starts: Vec<u32>,
+    /// Cell after cell; the coordinates of the same points follow, one axis after the other.
     members: Vec<u32>,
+    axes: [Vec<f64>; 3],
 }
 
 impl CellList {
@@ -100,6 +106,7 @@ impl CellList {
             size,
             starts: vec![0; size.element_product() as usize + 1],
             members: vec![0; points.len()],
+            axes: Default::default(),
         };
         let of: Vec<usize> = points.iter().map(|p| cells.index(cells.coordinate(*p))).collect();
         for &c in &of {
@@ -113,34 +120,54 @@ impl CellList {
             cells.members[next[c] as usize] = point as u32;
             next[c] += 1;
         }
+        cells.axes = [0, 1, 2].map(|axis| cells.members.iter().map(|&point| points[point as usize][axis]).collect());
         cells
     }
 
-    /// Calls `visit` with every binned point whose cell touches the one of `at`: all within the radius, and some beyond.
-    pub fn near(&self, at: DVec3, mut visit: impl FnMut(usize)) {
+    /// Makes `near` the binned points strictly within `radius` of `at`, in their order.
+    fn within(&self, at: DVec3, radius: f64, near: &mut Vec<u32>) {
+        near.clear();
         let centre = self.coordinate(at);
         let (low, high) = ((centre - 1).max(IVec3::ZERO), (centre + 1).min(self.size - 1));
         for z in low.z..=high.z {
             for y in low.y..=high.y {
                 let (a, b) = (self.index(IVec3::new(low.x, y, z)), self.index(IVec3::new(high.x, y, z)));
-                self.members[self.starts[a] as usize..self.starts[b + 1] as usize]
-                    .iter()
-                    .for_each(|&m| visit(m as usize));
+                self.admit(self.starts[a] as usize..self.starts[b + 1] as usize, at, radius * radius, near);
             }
         }
+        near.sort_unstable();
     }
 
-    /// Edges into every particle from the binned nodes strictly within `radius` that `admit(receiver, sender)` accepts.
-    pub fn neighbours(&self, nodes: &Nodes, radius: f64, admit: impl Fn(usize, usize) -> bool) -> EdgeSet {
+    /// Appends the members of a row of cells that are near enough: which ones nobody can foresee, so nothing branches on it.
+    fn admit(&self, row: Range<usize>, at: DVec3, square: f64, near: &mut Vec<u32>) {
+        let [x, y, z] = self.axes.each_ref().map(|axis| &axis[row.clone()]);
+        let members = &self.members[row];
+        let mut count = near.len();
+        near.resize(count + members.len(), 0);
+        let (mut inside, mut first) = ([false; LANES], 0);
+        while first < members.len() {
+            let chunk = first..members.len().min(first + LANES);
+            let points = x[chunk.clone()].iter().zip(&y[chunk.clone()]).zip(&z[chunk.clone()]);
+            for (inside, ((x, y), z)) in inside.iter_mut().zip(points) {
+                *inside = (x - at.x).powi(2) + (y - at.y).powi(2) + (z - at.z).powi(2) < square;
+            }
+            for (member, inside) in members[chunk].iter().zip(inside) {
+                near[count] = *member;
+                count += usize::from(inside);
+            }
+            first += LANES;
+        }
+        near.truncate(count);
+    }
+
+    /// Edges into each of `receivers` from all binned points strictly within `radius` \[m\], itself too where it is binned; the
+    /// radius is no more than that of the cells.
+    pub fn neighbours(&self, receivers: &[DVec3], radius: f64) -> EdgeSet {
         let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
-        for (receiver, at) in nodes.positions[..nodes.particles].iter().enumerate() {
-            let first = set.senders.len();
-            self.near(*at, |sender| {
-                if admit(receiver, sender) && nodes.positions[sender].distance_squared(*at) < radius * radius {
-                    set.senders.push(sender as u32);
-                }
-            });
-            set.senders[first..].sort_unstable();
+        let mut near = Vec::new();
+        for at in receivers {
+            self.within(*at, radius, &mut near);
+            set.senders.extend_from_slice(&near);
             set.offsets.push(set.senders.len() as u32);
         }
         set

@@ -1,6 +1,6 @@
 //! Edge counts by [`crate::graph`], for the page to compare its own with.
 use super::Playback;
-use crate::graph::{CellList, Nodes, near_kinds};
+use crate::graph::{Nodes, near_kinds};
 use crate::state::ToolShape;
 use serde::Serialize;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ fn count(recording: &Playback, frame: usize, radius: f64) -> Count {
     let (tool, poses) = (recording.shape.as_deref().unwrap_or(&none), episode.poses(frame));
     let nodes =
         Nodes::gather(&episode.states[frame], &Arc::default(), &episode.walls, tool, poses, poses, episode.interval);
-    let cells = CellList::new(&nodes.positions[..nodes.tool().end], radius);
-    let edges = near_kinds().map(|kind| kind.connect(&nodes, &cells, radius).len()).collect();
+    let near = nodes.near(radius);
+    let edges = near_kinds().map(|kind| kind.connect(&nodes, &near, radius).len()).collect();
     Count { frame, radius, edges }
 }

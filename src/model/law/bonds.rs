@@ -185,19 +185,13 @@ impl Law for Bonds {
 impl Remember for Bonds {
     fn begin(&self, particles: &Particles, body: &[u32]) -> History {
         let positions = &particles.positions[..];
-        let cells = CellList::new(positions, self.0.reach);
+        let near = CellList::new(positions, self.0.reach).neighbours(positions, self.0.reach);
         let mut history = History::default();
-        let mut near: Vec<(u32, f64)> = Vec::new();
-        for (i, at) in positions.iter().enumerate() {
-            near.clear();
-            cells.near(*at, |j| {
-                let distance = at.distance(positions[j]);
-                if j > i && body[i] == body[j] && distance < self.0.reach && distance > 0.0 {
-                    near.push((j as u32, distance));
-                }
-            });
-            near.sort_unstable_by_key(|(j, _)| *j);
-            near.iter().for_each(|(j, distance)| history.push([i as u32, *j], &[*distance; LENGTHS]));
+        for (i, j) in near.pairs().filter(|&(i, j)| i < j && body[i] == body[j]) {
+            let distance = positions[i].distance(positions[j]);
+            if distance > 0.0 {
+                history.push([i as u32, j as u32], &[distance; LENGTHS]);
+            }
         }
         history
     }

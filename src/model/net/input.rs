@@ -1,5 +1,4 @@
 //! What the network reads, and the derivatives with respect to it.
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Numbers a node that every network reads: velocity (3), role (3), height (1), normal (3); where bodies are told apart, one a body
@@ -68,11 +67,5 @@ impl Links {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.senders.is_empty()
-    }
-
-    /// The smallest range of rows that holds every sender.
-    pub(super) fn span(&self) -> Range<usize> {
-        let (low, high) = self.senders.iter().fold((u32::MAX, 0), |(l, h), &s| (l.min(s), h.max(s + 1)));
-        if self.is_empty() { 0..0 } else { low as usize..high as usize }
     }
 }

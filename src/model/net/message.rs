@@ -1,5 +1,6 @@
 //! Messages of one edge kind, aggregated at their receivers, as one operation.
 use super::aggregation::{Aggregation, Winners};
+use super::ends::Ends;
 use super::input::Links;
 use super::part::Part;
 use super::record::{Matrix, Record, Wanted, add_rows, entries, gradient, taken};
@@ -31,20 +32,21 @@ pub(super) struct Weights {
 #[derive(Clone)]
 pub(super) struct EdgeInput {
     pub(super) links: Arc<Links>,
+    pub(super) receivers: Arc<Ends>,
+    pub(super) senders: Arc<Ends>,
     /// (E, features).
     pub(super) features: Matrix,
     /// (E, 1); behind [`Aggregation::shares`] what multiplies each message.
     pub(super) window: Matrix,
 }
 
-/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ`, or the greatest `wᵢⱼ zᵢⱼ`, with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the first `rows` nodes;
-/// (M, W) → (rows, W).
+/// `Sᵢ = c Σⱼ wᵢⱼ zᵢⱼ`, or the greatest `wᵢⱼ zᵢⱼ`, with `z = σ(σ([hᵢ, hⱼ, fᵢⱼ] W₁ + b₁) W₂ + b₂)`, for the R nodes that receive any;
+/// (M, W) → (R, W).
 ///
 /// The edge network's last, linear layer is left to the caller: of sums `Σⱼ wᵢⱼ (zᵢⱼ W₃) = (Σⱼ wᵢⱼ zᵢⱼ) W₃` exactly, one product a
 /// node instead of one an edge. Likewise `[hᵢ, hⱼ, f] W₁ = (h Wᵣ)ᵢ + (h Wₛ)ⱼ + f W_f`: two of three products are per node.
 pub(super) fn message<T: Tape<f32, Cpu>>(
     record: &mut Record<T>,
-    rows: usize,
     nodes: &Matrix,
     edges: &EdgeInput,
     weights: &Weights,
@@ -52,30 +54,29 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
 ) -> Matrix {
     let width = nodes.shape().1;
     let count = edges.links.len();
-    let span = edges.links.span();
-    let mut received = vec![0.0; rows * width];
-    received.chunks_exact_mut(width).for_each(|row| row.copy_from_slice(entries(&weights.first_bias)));
-    weights.receiver.multiply_add(&entries(nodes)[..rows * width], &mut received);
-    let mut sent = vec![0.0; span.len() * width];
-    weights.sender.multiply(&entries(nodes)[span.start * width..span.end * width], &mut sent);
+    let (receivers, senders) = (edges.receivers.len(), edges.senders.len());
+    let mut received = entries(&weights.first_bias).repeat(receivers);
+    weights.receiver.multiply_add(&edges.receivers.gather(entries(nodes), width), &mut received);
+    let mut sent = vec![0.0; senders * width];
+    weights.sender.multiply(&edges.senders.gather(entries(nodes), width), &mut sent);
 
     let kept = if T::OWNS_TAPE { count } else { count.min(BLOCK) };
     let (mut first, mut hidden) = (vec![0.0; kept * width], vec![0.0; kept * width]);
-    let mut sums = vec![0.0; rows * width];
-    let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, rows, width));
+    let mut sums = vec![0.0; receivers * width];
+    let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, receivers, width));
     for start in (0..count).step_by(BLOCK) {
         let end = count.min(start + BLOCK);
         let place = if T::OWNS_TAPE { start * width..end * width } else { 0..(end - start) * width };
         let (first, hidden) = (&mut first[place.clone()], &mut hidden[place]);
         weights.edge.multiply(edges.feature_rows(start, end), first);
-        for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.links.pairs(start, end)) {
-            let (to, from) = (&received[i * width..][..width], &sent[(j - span.start) * width..][..width]);
+        for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.places(start, end)) {
+            let (to, from) = (&received[i * width..][..width], &sent[j * width..][..width]);
             row.iter_mut().zip(to.iter().zip(from)).for_each(|(x, (p, q))| *x = squareplus(*x + p + q));
         }
         weights.hidden.multiply(first, hidden);
         let bias = entries(&weights.hidden_bias);
         let window = &entries(&edges.window)[start..end];
-        let rows = hidden.chunks_exact_mut(width).zip(edges.links.pairs(start, end)).zip(window);
+        let rows = hidden.chunks_exact_mut(width).zip(edges.places(start, end)).zip(window);
         for (e, ((row, (i, _)), w)) in (start..).zip(rows) {
             let (sum, w) = (&mut sums[i * width..][..width], scale * w);
             match &mut winners {
@@ -100,7 +101,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     tape.add_backward_op(move |grads| {
         let at = taken!(grads, &ghost);
         let inner = edges.features.shape().1;
-        let (mut at_received, mut at_sent) = (vec![0.0; rows * width], vec![0.0; span.len() * width]);
+        let (mut at_received, mut at_sent) = (vec![0.0; receivers * width], vec![0.0; senders * width]);
         let mut scratch = vec![0.0; 2 * count.min(BLOCK) * width];
         let mut given = Vec::with_capacity(width);
         for start in (0..count).step_by(BLOCK) {
@@ -111,7 +112,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
             let window = &entries(&edges.window)[start..end];
             let at_window = &mut gradient(grads, &edges.window)?[start..end];
             let block = outer.chunks_exact_mut(width).zip(hidden.chunks_exact(width));
-            let block = block.zip(edges.links.pairs(start, end)).zip(window.iter().zip(at_window));
+            let block = block.zip(edges.places(start, end)).zip(window.iter().zip(at_window));
             for (e, (((row, z), (i, _)), (w, at_w))) in (start..).zip(block) {
                 let (sum, w) = (&at[i * width..][..width], scale * w);
                 let sum = match &winners {
@@ -130,10 +131,10 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                 add_rows(outer, gradient(grads, &weights.hidden_bias)?);
             }
             weights.hidden.pull(outer, lower);
-            let pairs = edges.links.pairs(start, end);
+            let pairs = edges.places(start, end);
             for ((row, z), (i, j)) in lower.chunks_exact_mut(width).zip(first.chunks_exact(width)).zip(pairs) {
                 let to = &mut at_received[i * width..][..width];
-                let from = &mut at_sent[(j - span.start) * width..][..width];
+                let from = &mut at_sent[j * width..][..width];
                 for (((d, z), p), q) in row.iter_mut().zip(z).zip(to).zip(from) {
                     *d *= slope(*z);
                     *p += *d;
@@ -145,14 +146,14 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                 weights.edge.learn(edges.feature_rows(start, end), lower, grads)?;
             }
         }
-        let senders = span.start * width..span.end * width;
+        let EdgeInput { receivers, senders, .. } = &edges;
         let at_nodes = gradient(grads, &nodes)?;
-        weights.receiver.pull_add(&at_received, &mut at_nodes[..rows * width]);
-        weights.sender.pull_add(&at_sent, &mut at_nodes[senders.clone()]);
+        receivers.scatter(at_nodes, width, |at| weights.receiver.pull_add(&at_received, at));
+        senders.scatter(at_nodes, width, |at| weights.sender.pull_add(&at_sent, at));
         if wanted == Wanted::InputsAndWeights {
             let h = entries(&nodes);
-            weights.receiver.learn(&h[..rows * width], &at_received, grads)?;
-            weights.sender.learn(&h[senders], &at_sent, grads)?;
+            weights.receiver.learn(&receivers.gather(h, width), &at_received, grads)?;
+            weights.sender.learn(&senders.gather(h, width), &at_sent, grads)?;
             add_rows(&at_received, gradient(grads, &weights.first_bias)?);
         }
         Ok(())
@@ -161,17 +162,14 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
 }
 
 impl EdgeInput {
+    /// Places of receiver and sender, among those of this kind, of the edges `start..end`.
+    fn places(&self, start: usize, end: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.receivers.places(start..end).zip(self.senders.places(start..end))
+    }
+
     fn feature_rows(&self, start: usize, end: usize) -> &[f32] {
         let inner = self.features.shape().1;
         &entries(&self.features)[start * inner..end * inner]
-    }
-}
-
-impl Links {
-    /// (receiver, sender) of the edges `start..end`.
-    fn pairs(&self, start: usize, end: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let pairs = self.receivers[start..end].iter().zip(&self.senders[start..end]);
-        pairs.map(|(&i, &j)| (i as usize, j as usize))
     }
 }
 

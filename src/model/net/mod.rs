@@ -11,9 +11,11 @@
 //! encode–process–decode layout of Sanchez-Gonzalez et al. 2020. The window w reaches zero with zero slope at the graph's radius, so
 //! that outputs stay continuous and differentiable when an edge appears or vanishes; edges of roots and bonds have no window.
 //! Operations run on one thread and share nothing, so callers parallelise over rollouts.
+mod aggregate;
 mod aggregation;
 mod architecture;
 mod dense;
+mod ends;
 mod features;
 mod filter;
 mod input;

@@ -1,6 +1,8 @@
 //! The network's weights, its forward pass and its vector–Jacobian product.
+use super::aggregate::{Sums, aggregate};
 use super::architecture::{Architecture, Layout, Round};
 use super::dense::{Finish, dense};
+use super::ends::Ends;
 use super::input::{EDGE_FEATURES, Edges, Input, InputGrad};
 use super::message::{EdgeInput, Weights, message};
 use super::parameters::{Parameters, Perceptron};
@@ -149,7 +151,7 @@ impl Network {
         round: &Round,
     ) -> Matrix {
         let width = self.architecture.width;
-        let mut sums = Vec::new();
+        let mut kinds = Vec::new();
         for (network, edges) in round.edges.iter().zip(edges) {
             if !edges.links.is_empty() {
                 let first = |rows| self.part(record.wanted, network.first.0, rows);
@@ -161,19 +163,19 @@ impl Network {
                     hidden: self.part(record.wanted, network.hidden.0, 0..width),
                     hidden_bias: self.weights[network.hidden.1].clone(),
                 };
-                let sum = message(record, receivers, nodes, edges, &weights, self.architecture.aggregation);
-                sums.push((sum, self.part(record.wanted, network.last, 0..width)));
+                let sums = message(record, nodes, edges, &weights, self.architecture.aggregation);
+                let last = self.part(record.wanted, network.last, 0..width);
+                kinds.push(Sums { receivers: Arc::clone(&edges.receivers), sums, last });
             }
         }
         let (weight, bias) = round.update.first;
         let own = self.part(record.wanted, weight, 0..width);
         let bias = Some(&self.weights[bias]);
         // Without edges the sum of messages is exactly zero and its product is left out.
-        let inner = if sums.is_empty() {
+        let inner = if kinds.is_empty() {
             dense(record, receivers, &[(nodes, own)], bias, Finish::Squareplus)
         } else {
-            let terms: Vec<_> = sums.iter().map(|(sum, last)| (sum, last.clone())).collect();
-            let aggregate = dense(record, receivers, &terms, None, Finish::Linear);
+            let aggregate = aggregate(record, receivers, kinds);
             let terms = [(nodes, own), (&aggregate, self.part(record.wanted, weight, width..2 * width))];
             dense(record, receivers, &terms, bias, Finish::Squareplus)
         };
@@ -231,6 +233,8 @@ impl Network {
 
     fn leaves<T: Tape<f32, Cpu>>(&self, record: &Record<T>, input: Input) -> (Rows, Leaves) {
         let edge = |e: Edges| EdgeInput {
+            receivers: Arc::new(Ends::new(&e.links.receivers)),
+            senders: Arc::new(Ends::new(&e.links.senders)),
             links: e.links,
             features: record.matrix(e.features, EDGE_FEATURES),
             window: record.matrix(e.window, 1),

@@ -1,4 +1,4 @@
-//! Matrix products by the `gemm` crate, behind a safe face.
+//! Matrix products by the `gemm` crate, behind a safe face: a row's product does not depend on the rows beside it, bit for bit.
 use gemm::{Parallelism, gemm};
 
 /// What the entries of matrices may be.
@@ -52,6 +52,12 @@ fn run<T: Number>(a: Block<'_, T>, b: Block<'_, T>, out: &mut [T], keep: T) {
     if out.is_empty() {
         return;
     }
+    if a.rows == 1 {
+        // A lone row would be multiplied in another order of additions.
+        let mut twice = out.repeat(2);
+        run(Block::new(&a.data.repeat(2), a.columns.max(1)), b, &mut twice, keep);
+        return out.copy_from_slice(&twice[..out.len()]);
+    }
     // SAFETY: a `Block` covers exactly rows × columns elements of a live slice through its two strides (1 and the length of a
     // stored row, in either order), `out` holds rows × columns of the product contiguously, and being `&mut` overlaps neither.
     unsafe {
@@ -82,6 +88,23 @@ fn run<T: Number>(a: Block<'_, T>, b: Block<'_, T>, out: &mut [T], keep: T) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_row_has_the_same_product_whatever_is_beside_it() {
+        let fill = |n: usize, s: f32| -> Vec<f32> { (0..n).map(|i| ((i as f32 + s) * 0.7).sin()).collect() };
+        for (rows, k, n) in [(70, 64, 64), (13, 10, 64), (200, 150, 150), (5, 64, 3)] {
+            let (a, b, base) = (fill(rows * k, 0.1), fill(k * n, 0.5), fill(rows * n, 0.9));
+            let mut together = base.clone();
+            multiply_add(Block::new(&a, k), Block::new(&b, n), &mut together);
+            for count in [1, 2, 3] {
+                for first in (0..rows - count).step_by(3) {
+                    let mut own = base[first * n..(first + count) * n].to_vec();
+                    multiply_add(Block::new(&a[first * k..(first + count) * k], k), Block::new(&b, n), &mut own);
+                    assert_eq!(own, together[first * n..(first + count) * n], "{count} of {rows} × {k} × {n}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn products_and_transposes_agree_with_three_loops() {

@@ -56,39 +56,13 @@ fn draw(reaches: &[f64], skin: f64, positions: &[DVec3]) -> Lists {
         if reach > 0.0 {
             let wider = lists.last().map(|(_, graph)| &graph.edges[PARTICLE]);
             edges[PARTICLE] = match wider {
-                Some(wider) => narrowed(wider, positions, reach + skin),
-                None => half_list(positions, reach + skin),
+                Some(wider) => wider.only(|i, j| positions[i].distance_squared(positions[j]) < (reach + skin).powi(2)),
+                None => CellList::new(positions, reach + skin).neighbours(positions, reach + skin).only(|i, j| i < j),
             };
         }
         lists.push((reach, Graph { edges, ..Graph::default() }));
     }
     Lists(lists)
-}
-
-fn half_list(positions: &[DVec3], radius: f64) -> EdgeSet {
-    let cells = CellList::new(positions, radius);
-    let mut set = EdgeSet { offsets: vec![0], senders: Vec::new() };
-    for (i, at) in positions.iter().enumerate() {
-        let first = set.senders.len();
-        cells.near(*at, |j| {
-            if j > i && positions[j].distance_squared(*at) < radius * radius {
-                set.senders.push(j as u32);
-            }
-        });
-        set.senders[first..].sort_unstable();
-        set.offsets.push(set.senders.len() as u32);
-    }
-    set
-}
-
-fn narrowed(wider: &EdgeSet, positions: &[DVec3], radius: f64) -> EdgeSet {
-    let mut set = EdgeSet { offsets: vec![0], senders: Vec::with_capacity(wider.len()) };
-    for (i, row) in wider.offsets.windows(2).enumerate() {
-        let near = |j: &u32| positions[*j as usize].distance_squared(positions[i]) < radius * radius;
-        set.senders.extend(wider.senders[row[0] as usize..row[1] as usize].iter().copied().filter(near));
-        set.offsets.push(set.senders.len() as u32);
-    }
-    set
 }
 
 #[cfg(test)]

@@ -92,16 +92,6 @@ fn pairs(positions: &[DVec3], radius: f64, mut visit: impl FnMut([usize; 2])) {
     if radius <= 0.0 || !positions.iter().all(|x| x.is_finite()) {
         return;
     }
-    let cells = CellList::new(positions, radius);
-    let mut near = Vec::new();
-    for (i, at) in positions.iter().enumerate() {
-        near.clear();
-        cells.near(*at, |j| {
-            if j > i && positions[j].distance_squared(*at) < radius * radius {
-                near.push(j);
-            }
-        });
-        near.sort_unstable();
-        near.iter().for_each(|&j| visit([i, j]));
-    }
+    let near = CellList::new(positions, radius).neighbours(positions, radius);
+    near.pairs().filter(|(i, j)| i < j).for_each(|(i, j)| visit([i, j]));
 }
