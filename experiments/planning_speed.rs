@@ -33,6 +33,8 @@ const EDGES: usize = 3248;
 /// Samples of each finger.
 const SAMPLES: [usize; 2] = [97, 96];
 const CLAIMED: f64 = 3.0;
+/// Rollouts between two looks at a clock, which ticks every few milliseconds.
+const TIMED: usize = 32;
 /// Our network in f32, and with products in bfloat16.
 const OURS: [&str; 2] = ["ours", "ours, bfloat16"];
 const PASSES: [&str; 2] = ["forward", "gradient"];
@@ -120,8 +122,9 @@ impl Bench {
         let moved = rollouts[0].last().context("a rollout has a start")?;
         ensure!(moved.is_finite() && moved.positions != self.scene.particles.positions, "nothing moves");
         gradient().context("the model has lost its adjoint")?;
-        let forward = seconds(forward)?;
-        let gradient = seconds(gradient)?;
+        let repeats = repeats(motions);
+        let forward = seconds(repeats, forward)?;
+        let gradient = seconds(repeats, gradient)?;
         let weights = model.weights().len();
         Ok(json!({ "engine": "pliant", "variant": title, "weights": weights,
             "forward": work / forward, "gradient": work / gradient }))
@@ -138,7 +141,7 @@ impl Bench {
         let scene = json!({
             "particles": rows(&mut self.scene.particles.positions.iter().copied()), "tool": tool, "fingers": SAMPLES,
             "receivers": receivers, "senders": senders, "paths": motions.iter().map(path).collect::<Vec<_>>(),
-            "width": WIDTH, "rounds": 2,
+            "width": WIDTH, "rounds": 2, "repeats": repeats(motions),
         });
         let mut rows = peer.run("planning_rollout.py", &scene)?;
         for row in &mut rows {
@@ -155,11 +158,16 @@ impl Bench {
     }
 }
 
-/// CPU time of a call \[s\]; as the peer's, of one that has been made before.
-fn seconds<R>(call: impl FnOnce() -> R) -> anyhow::Result<f64> {
+/// How often all motions are rolled out together between two looks at a clock.
+fn repeats(motions: &[Motion]) -> usize {
+    TIMED.div_ceil(motions.len())
+}
+
+/// CPU time of a call on the mean of `repeats` \[s\]; as the peer's, of one that has been made before.
+fn seconds<R>(repeats: usize, call: impl Fn() -> R) -> anyhow::Result<f64> {
     let clock = cpu_seconds()?;
-    std::hint::black_box(call());
-    Ok(cpu_seconds()? - clock)
+    (0..repeats).for_each(|_| drop(std::hint::black_box(call())));
+    Ok((cpu_seconds()? - clock) / repeats as f64)
 }
 
 /// The fingers after a fraction of their way.

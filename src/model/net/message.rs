@@ -9,7 +9,7 @@ use dfdx::prelude::{Cpu, HasShape, Tape};
 use std::sync::Arc;
 
 /// Edges at a time: a block of both hidden layers stays in the first two caches.
-const BLOCK: usize = 192;
+const BLOCK: usize = 128;
 
 /// The weights of an edge network up to its last hidden layer.
 #[derive(Clone)]
@@ -60,14 +60,15 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let mut sent = vec![0.0; senders * width];
     weights.sender.multiply(&edges.senders.gather(entries(nodes), width), &mut sent);
 
-    let kept = if T::OWNS_TAPE { count } else { count.min(BLOCK) };
-    let (mut first, mut hidden) = (vec![0.0; kept * width], vec![0.0; kept * width]);
+    let mut block = [(); 2].map(|()| vec![0.0; count.min(BLOCK) * width]);
+    let kept = if T::OWNS_TAPE { count } else { 0 };
+    // Filled as blocks are done: to zero so much memory first would cost as much as half a product.
+    let mut layers = [(); 2].map(|()| Vec::with_capacity(kept * width));
     let mut sums = vec![0.0; receivers * width];
     let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, receivers, width));
     for start in (0..count).step_by(BLOCK) {
         let end = count.min(start + BLOCK);
-        let place = if T::OWNS_TAPE { start * width..end * width } else { 0..(end - start) * width };
-        let (first, hidden) = (&mut first[place.clone()], &mut hidden[place]);
+        let [first, hidden] = block.each_mut().map(|layer| &mut layer[..(end - start) * width]);
         weights.edge.multiply(edges.feature_rows(start, end), first);
         for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.places(start, end)) {
             let (to, from) = (&received[i * width..][..width], &sent[j * width..][..width]);
@@ -90,6 +91,9 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                 }
             }
         }
+        if T::OWNS_TAPE {
+            layers.iter_mut().zip([first, hidden]).for_each(|(layer, block)| layer.extend_from_slice(block));
+        }
     }
     let out = record.matrix(sums, width);
     if !T::OWNS_TAPE {
@@ -107,7 +111,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         for start in (0..count).step_by(BLOCK) {
             let end = count.min(start + BLOCK);
             let place = start * width..end * width;
-            let (first, hidden) = (&first[place.clone()], &hidden[place]);
+            let [first, hidden] = layers.each_ref().map(|layer| &layer[place.clone()]);
             let (outer, lower) = scratch[..2 * first.len()].split_at_mut(first.len());
             let window = &entries(&edges.window)[start..end];
             let at_window = &mut gradient(grads, &edges.window)?[start..end];
@@ -123,8 +127,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
                         &given
                     }
                 };
-                *at_w += scale * dot(sum, z);
-                row.iter_mut().zip(sum.iter().zip(z)).for_each(|(d, (g, z))| *d = w * g * slope(*z));
+                *at_w += scale * pull_row(sum, z, w, row);
             }
             if wanted == Wanted::InputsAndWeights {
                 weights.hidden.learn(first, outer, grads)?;
@@ -173,15 +176,20 @@ impl EdgeInput {
     }
 }
 
-/// `a · b` in eight lanes, which a plain fold cannot be compiled to because it fixes the order of additions.
-fn dot(a: &[f32], b: &[f32]) -> f32 {
+/// `row = w g σ'`, σ' at the activations z; gives `g · z`, in eight lanes because a plain fold fixes the order of additions.
+fn pull_row(g: &[f32], z: &[f32], w: f32, row: &mut [f32]) -> f32 {
     let mut lanes = [0.0f32; 8];
-    let (a8, b8) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f32 = a8.remainder().iter().zip(b8.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a8.zip(b8) {
-        for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-            *lane += x * y;
+    let ([g8, z8], (row8, _)) = ([g, z].map(|x| x.as_chunks::<8>().0), row.as_chunks_mut::<8>());
+    for ((row, g), z) in row8.iter_mut().zip(g8).zip(z8) {
+        for k in 0..8 {
+            lanes[k] += g[k] * z[k];
+            row[k] = w * g[k] * slope(z[k]);
         }
     }
-    lanes.iter().sum::<f32>() + tail
+    let tail = 8 * g8.len()..;
+    for ((d, g), z) in row[tail.clone()].iter_mut().zip(&g[tail.clone()]).zip(&z[tail]) {
+        lanes[0] += g * z;
+        *d = w * g * slope(*z);
+    }
+    lanes.iter().sum()
 }
