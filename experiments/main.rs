@@ -54,6 +54,7 @@ mod slopes;
 mod speaking;
 mod speed;
 mod stack;
+mod tasks;
 mod tool_choice;
 mod transfer;
 mod world;
@@ -72,6 +73,7 @@ const EXPERIMENTS: &[Experiment] = &[
     closed_loop::CLAIM,
     disturbances::CLAIM,
     letters::CLAIM,
+    tasks::CLAIM,
     hierarchy::CLAIM,
     aggregation::CLAIM,
     rounds::CLAIM,

@@ -1,0 +1,113 @@
+//! Claim: in every long task — a strip cut in two, a word of three pieces, grains pushed into shapes, a dumpling's five tools — each model
+//! that plans ends nearer to the goal than nothing moving does, and the simulator nearest.
+//!
+//! Command: `cargo run --release --bin experiments -- tasks`, about fifteen minutes. Table: `paper/tables/tasks.tex`. What was made, as
+//! pictures: `gallery.html` in the folders below `runs/compare`.
+use crate::claim::{Experiment, Rows, Size, difference, trials};
+use indexmap::IndexSet;
+use pliant::compare::{CompareSpec, Row, commit, compare};
+use pliant::config;
+use pliant::table::{Grid, Interval, TrialRow, verdict};
+use pliant::watch::Watch;
+use serde_json::{Value, json};
+use std::path::Path;
+
+pub(crate) const CLAIM: Experiment = Experiment {
+    name: "tasks",
+    claim: "in cutting, spelling, pushing and a sequence of five tools every model that plans beats `still`, and the simulator is nearest",
+    duration: "about 15 minutes",
+    rows: Rows::Measured(measure),
+    table,
+};
+
+/// Comparisons in `configs/compare`.
+const TASKS: [&str; 4] = ["cut", "word", "pile", "dumpling"];
+const SEEDS: &str = "seeds=[0, 1, 2, 3, 4]";
+const SMOKE: [&str; 4] = ["seeds=[0]", "model=[oracle, still]", "actions=1", "budget.rollouts=2"];
+/// Who has no model, and who has the world itself.
+const NOBODY: &str = "still";
+const WORLD: &str = "oracle";
+
+fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
+    let words = if size == Size::Smoke { &SMOKE[..] } else { &[SEEDS][..] };
+    let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+    let mut rows = Vec::new();
+    for task in TASKS {
+        let loaded = config::load::<CompareSpec>(format!("configs/compare/{task}.toml").as_ref(), &words)?;
+        for row in compare(&loaded, &commit(), watch)?.rows() {
+            let mut row = serde_json::to_value(row)?;
+            row["change"] = json!(task);
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+fn table(rows: &[Value]) -> anyhow::Result<Grid> {
+    let trials = trials(rows)?;
+    let distinct = |read: fn(&TrialRow) -> &str| trials.iter().map(read).collect::<IndexSet<&str>>();
+    let tasks = distinct(|trial| &trial.change);
+    let (planners, models) = (distinct(|trial| &trial.row.planner), distinct(|trial| &trial.row.model));
+    let of = |task: &str, planner: &str, model: &str| -> Vec<&Row> {
+        let own = |t: &&TrialRow| t.change == task && t.row.planner == planner && t.row.model == model;
+        trials.iter().filter(own).map(|trial| &trial.row).filter(|row| row.achieved.is_some()).collect()
+    };
+    let (mut lines, mut beside) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for (task, planner) in tasks.iter().flat_map(|task| planners.iter().map(move |planner| (*task, *planner))) {
+        let references = [NOBODY, WORLD].map(|model| of(task, planner, model));
+        for model in &models {
+            let mine = of(task, planner, model);
+            if mine.is_empty() {
+                continue;
+            }
+            let mean = |value: fn(&Row) -> Option<f64>| {
+                Interval::over_seeds(mine.iter().filter_map(|row| Some((row.seed, value(row)?))))
+            };
+            let share = |key: &str| {
+                Interval::shares(Interval::over_seeds(
+                    mine.iter().filter_map(|row| Some((row.seed, (*row.metrics.get(key)?)?))),
+                ))
+            };
+            let deltas = references.each_ref().map(|reference| difference(&mine, reference));
+            for ((own, reference), (delta, beside)) in
+                [NOBODY, WORLD].iter().zip(&references).zip(deltas.iter().zip(&mut beside))
+            {
+                if model != own && *model != NOBODY && !reference.is_empty() {
+                    beside.push((format!("{task} / {planner} / {model}"), *delta));
+                }
+            }
+            let mut cells = vec![task.to_owned(), planner.to_owned(), (*model).to_owned()];
+            cells.push(Interval::millimetres(mean(|row| row.rollout)));
+            cells.push(Interval::millimetres(mean(|row| row.achieved)));
+            cells.push(Interval::millimetres(mean(|row| Some(row.achieved? - row.start))));
+            cells.extend(deltas.map(Interval::millimetres));
+            cells.push(share("iou"));
+            lines.push(cells);
+        }
+    }
+    let header = [
+        "task",
+        "planner",
+        "model",
+        "rollout error [mm]",
+        "achieved [mm]",
+        "Δ start [mm]",
+        "Δ still [mm]",
+        "Δ oracle [mm]",
+        "IoU",
+    ];
+    let [against_still, against_oracle] = beside.map(verdict);
+    Ok(Grid {
+        title: "Long tasks".into(),
+        header: header.map(String::from).to_vec(),
+        rows: lines,
+        notes: vec![
+            "achieved: Chamfer distance, mean ± 95 % interval over seeds, each the mean over the task's goals; one fit a model; Δ: minus \
+             the cost before the first action, minus what planning with that model achieved, paired by goal and seed; negative is better; \
+             the simulator has no gradient to descend along"
+                .into(),
+            format!("against still: {against_still}"),
+            format!("against oracle: {against_oracle}"),
+        ],
+    })
+}
