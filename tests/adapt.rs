@@ -89,7 +89,7 @@ fn another_draw_of_interactions_teaches_something_else() {
     let drawn = |seed: &str| {
         let words = [
             "dataset=smoke",
-            "model=[learned_adapted]",
+            "model=[learned_adapted, still]",
             "model.learned_adapted.train.network.steps=4",
             "model.learned_adapted.adapt.fine_tune.steps=3",
             "seeds=[0]",
@@ -100,11 +100,13 @@ fn another_draw_of_interactions_teaches_something_else() {
         let mut spec = config::load::<CompareSpec>("configs/compare/materials.toml".as_ref(), &words).unwrap().spec;
         spec.artifacts = folder.path().to_owned();
         let (contenders, predictions) = fit(&spec, &Watch::silent()).unwrap();
-        (named(&contenders, "learned_adapted").model.weights(), predictions[0].held_out.clone())
+        let errors = predictions.iter().map(|prediction| prediction.held_out.clone()).collect::<Vec<_>>();
+        (named(&contenders, "learned_adapted").model.weights(), errors)
     };
     let (first, second) = (drawn("interactions_seed=0"), drawn("interactions_seed=1"));
     assert_ne!(first.0, second.0, "fitted to other episodes");
-    assert_ne!(first.1, second.1, "and judged on others");
+    // Where nothing moves and nothing is learned, errors differ by the episodes alone.
+    assert_ne!(first.1[1], second.1[1], "judged on other episodes");
     assert_eq!(first, drawn("interactions_seed=0"));
 }
 

@@ -62,7 +62,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
 
     let mut block = [(); 2].map(|()| vec![0.0; count.min(BLOCK) * width]);
     let kept = if T::OWNS_TAPE { count } else { 0 };
-    // Filled as blocks are done: to zero so much memory first would cost as much as half a product.
+    // Both hidden layers of every edge, where a way back needs them.
     let mut layers = [(); 2].map(|()| Vec::with_capacity(kept * width));
     let mut sums = vec![0.0; receivers * width];
     let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, receivers, width));
