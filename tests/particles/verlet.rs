@@ -27,9 +27,8 @@ fn energy(x: &Particles) -> f64 {
 }
 
 /// The slope of the logarithm of the error over that of the substep.
-fn order(integrator: &str, keep: f64, laws: &[&str]) -> f64 {
-    let (start, controls) = alone(swinging(), 5);
-    let end = |substeps| moved_by(integrator, substeps, keep, laws).rollout(&start, &controls).pop().unwrap();
+fn order((start, controls): &(Scene, Vec<Control>), integrator: &str, keep: f64, laws: &[&str]) -> f64 {
+    let end = |substeps| moved_by(integrator, substeps, keep, laws).rollout(start, controls).pop().unwrap();
     let truth = end(4096);
     let points: Vec<(f64, f64)> = [8, 16, 32, 64]
         .map(|substeps| {
@@ -58,11 +57,23 @@ fn free_fall_is_the_parabola() {
 #[test]
 fn it_is_of_second_order_with_damping_and_without() {
     for (keep, laws) in [(1.0, &[SPRING][..]), (1.0, &[SPRING, VISCOSITY]), (0.3, &[SPRING, VISCOSITY, GRAVITY])] {
-        let slope = order("velocity_verlet", keep, laws);
+        let moment = alone(swinging(), 5);
+        let slope = order(&moment, "velocity_verlet", keep, laws);
         assert!((slope - 2.0).abs() < 0.15, "order {slope} of {laws:?} with keep {keep}");
-        let first = order("semi_implicit_euler", keep, laws);
+        let first = order(&moment, "semi_implicit_euler", keep, laws);
         assert!((first - 1.0).abs() < 0.15, "order {first} of semi-implicit Euler");
     }
+}
+
+/// Were the tool a substep before or behind its place, the error would be of first order.
+#[test]
+fn it_is_of_second_order_under_a_plate_that_comes_down() {
+    let particle = Particles { positions: vec![DVec3::new(0.0, 0.0, 0.075)], velocities: vec![DVec3::ZERO] };
+    let start = scene(particle, vec![cuboid(0.05, 0.05, 0.01)], vec![at(0.1)]);
+    let controls = (1..=5).map(|t| Control { poses: vec![at(0.1 - 0.002 * f64::from(t))] }).collect();
+    let plate = "kind = \"tool\"\nradius = 0.02\nstiffness = 100.0\ndamping = 2.0\nfriction = 0.0\nslip = 0.02\n";
+    let slope = order(&(start, controls), "velocity_verlet", 0.8, &[plate]);
+    assert!((slope - 2.0).abs() < 0.15, "order {slope}");
 }
 
 #[test]
