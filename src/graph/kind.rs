@@ -6,7 +6,8 @@ use anyhow::Context;
 pub trait EdgeKind: Sync {
     /// Its name in configs, weights and tables.
     fn name(&self) -> &'static str;
-    /// Its edges into every particle or root, where it joins what is near those of `near`, all within `radius` \[m\], that it takes.
+    /// Its edges into every particle or root; where it joins what is near, some of `near`, which holds the edges from all that is
+    /// within `radius` \[m\].
     fn connect(&self, nodes: &Nodes, near: &EdgeSet, radius: f64) -> EdgeSet;
     /// How its messages fade with distance.
     fn window(&self) -> Window {

@@ -4,6 +4,7 @@
 //! receiver and then by the sender's place, so that every neighbour sum runs in one fixed order.
 use crate::state::Particles;
 
+mod cell_list;
 mod fixed;
 mod hierarchy;
 mod kind;
@@ -11,12 +12,13 @@ mod node;
 mod radius;
 mod roots;
 
+pub use cell_list::CellList;
 pub use fixed::{Fixed, FixedSpec};
 pub use hierarchy::{Hierarchy, HierarchySpec};
 pub(crate) use kind::kinds_named;
 pub use kind::{EDGE_KINDS, EdgeKind, Window, near_kinds};
 pub use node::Nodes;
-pub use radius::{CellList, Radius};
+pub use radius::Radius;
 pub use roots::Roots;
 
 /// The directed edges of one kind, in compressed rows by receiver.
