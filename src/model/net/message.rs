@@ -60,24 +60,27 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let mut sent = vec![0.0; senders * width];
     weights.sender.multiply(&edges.senders.gather(entries(nodes), width), &mut sent);
 
-    let mut block = [(); 2].map(|()| vec![0.0; count.min(BLOCK) * width]);
-    let kept = if T::OWNS_TAPE { count } else { 0 };
-    // Both hidden layers of every edge, where a way back needs them.
-    let mut layers = [(); 2].map(|()| Vec::with_capacity(kept * width));
+    let mut products = vec![0.0; count.min(BLOCK) * width];
+    // The hidden layers: of every edge where a way back needs them, else the first of a block and the second nowhere.
+    let kept = if T::OWNS_TAPE { [count; 2] } else { [count.min(BLOCK), 0] };
+    let [mut first, mut hidden] = kept.map(|rows| Vec::with_capacity(rows * width));
     let mut sums = vec![0.0; receivers * width];
     let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, receivers, width));
     for start in (0..count).step_by(BLOCK) {
         let end = count.min(start + BLOCK);
-        let [first, hidden] = block.each_mut().map(|layer| &mut layer[..(end - start) * width]);
-        weights.edge.multiply(edges.feature_rows(start, end), first);
-        for (row, (i, j)) in first.chunks_exact_mut(width).zip(edges.places(start, end)) {
-            let (to, from) = (&received[i * width..][..width], &sent[j * width..][..width]);
-            row.iter_mut().zip(to.iter().zip(from)).for_each(|(x, (p, q))| *x = squareplus(*x + p + q));
+        let products = &mut products[..(end - start) * width];
+        weights.edge.multiply(edges.feature_rows(start, end), products);
+        if !T::OWNS_TAPE {
+            first.clear();
         }
-        weights.hidden.multiply(first, hidden);
+        for (row, (i, j)) in products.chunks_exact(width).zip(edges.places(start, end)) {
+            let (to, from) = (&received[i * width..][..width], &sent[j * width..][..width]);
+            first.extend(row.iter().zip(to.iter().zip(from)).map(|(x, (p, q))| squareplus(x + p + q)));
+        }
+        weights.hidden.multiply(&first[first.len() - products.len()..], products);
         let bias = entries(&weights.hidden_bias);
         let window = &entries(&edges.window)[start..end];
-        let rows = hidden.chunks_exact_mut(width).zip(edges.places(start, end)).zip(window);
+        let rows = products.chunks_exact_mut(width).zip(edges.places(start, end)).zip(window);
         for (e, ((row, (i, _)), w)) in (start..).zip(rows) {
             let (sum, w) = (&mut sums[i * width..][..width], scale * w);
             match &mut winners {
@@ -92,7 +95,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
             }
         }
         if T::OWNS_TAPE {
-            layers.iter_mut().zip([first, hidden]).for_each(|(layer, block)| layer.extend_from_slice(block));
+            hidden.extend_from_slice(products);
         }
     }
     let out = record.matrix(sums, width);
@@ -111,7 +114,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         for start in (0..count).step_by(BLOCK) {
             let end = count.min(start + BLOCK);
             let place = start * width..end * width;
-            let [first, hidden] = layers.each_ref().map(|layer| &layer[place.clone()]);
+            let (first, hidden) = (&first[place.clone()], &hidden[place]);
             let (outer, lower) = scratch[..2 * first.len()].split_at_mut(first.len());
             let window = &entries(&edges.window)[start..end];
             let at_window = &mut gradient(grads, &edges.window)?[start..end];
