@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// The rows of nodes that edges start or end at: products with the rest would be products for nobody.
 pub(super) struct Ends {
-    /// Each row once, in order.
+    /// Each row once, in order; where few are missing between the first and the last, those too, as that saves copies.
     rows: Vec<u32>,
     /// Of each edge the place of its node in `rows`.
     places: Vec<u32>,
@@ -14,12 +14,15 @@ impl Ends {
     /// Of edges whose nodes are `of`.
     pub(super) fn new(of: &[u32]) -> Self {
         let (low, high) = of.iter().fold((u32::MAX, 0), |(low, high), &row| (low.min(row), high.max(row + 1)));
-        let mut place = vec![u32::MAX; high.saturating_sub(low) as usize];
-        of.iter().for_each(|row| place[(row - low) as usize] = 0);
-        let mut rows = Vec::new();
-        for (row, place) in (low..).zip(&mut place).filter(|(_, place)| **place == 0) {
-            *place = rows.len() as u32;
-            rows.push(row);
+        let mut place = vec![0; high.saturating_sub(low) as usize];
+        of.iter().for_each(|row| place[(row - low) as usize] = 1);
+        let few_missing = 4 * place.iter().sum::<u32>() as usize >= 3 * place.len();
+        let mut rows = Vec::with_capacity(place.len());
+        for (row, place) in (low..).zip(&mut place) {
+            if few_missing || *place == 1 {
+                *place = rows.len() as u32;
+                rows.push(row);
+            }
         }
         Self { rows, places: of.iter().map(|row| place[(row - low) as usize]).collect() }
     }
@@ -36,10 +39,12 @@ impl Ends {
 
     /// Their rows of `x`, of `width` numbers each.
     pub(super) fn gather<'a>(&self, x: &'a [f32], width: usize) -> Cow<'a, [f32]> {
-        match self.run() {
-            Some(run) => Cow::Borrowed(&x[run.start * width..run.end * width]),
-            None => Cow::Owned(self.own(width).flat_map(|row| &x[row]).copied().collect()),
+        if let Some(run) = self.run() {
+            return Cow::Borrowed(&x[run.start * width..run.end * width]);
         }
+        let mut rows = Vec::with_capacity(self.len() * width);
+        self.own(width).for_each(|row| rows.extend_from_slice(&x[row]));
+        Cow::Owned(rows)
     }
 
     /// Has `add` add to their rows of `x`, of `width` numbers each.
