@@ -1,7 +1,7 @@
 //! A claim of the paper: a sweep that tests it, and the table its rows make.
 use crate::peer::Peer;
 use anyhow::Context;
-use pliant::compare::{CompareSpec, Row};
+use pliant::compare::{CompareSpec, Row, commit, compare};
 use pliant::config;
 use pliant::sweep::{self, SweepSpec};
 use pliant::table::{Grid, Interval, TrialRow};
@@ -118,6 +118,12 @@ pub(crate) fn changed(change: &str, baseline: &str) -> String {
 /// The rows that a sweep collected.
 pub(crate) fn trials(rows: &[Value]) -> anyhow::Result<Vec<TrialRow>> {
     rows.iter().map(TrialRow::read).collect()
+}
+
+/// The rows of the comparison in `configs/compare` of this name, with these words on its command line.
+pub(crate) fn compared(name: &str, words: &[String], watch: &Watch) -> anyhow::Result<Vec<Value>> {
+    let loaded = config::load::<CompareSpec>(format!("configs/compare/{name}.toml").as_ref(), words)?;
+    Ok(compare(&loaded, &commit(), watch)?.rows().iter().map(serde_json::to_value).collect::<Result<_, _>>()?)
 }
 
 /// Achieved cost of `mine` minus that of `reference`, paired by goal and seed \[m\].

@@ -43,9 +43,8 @@ const GRADIENT: f64 = 5.0;
 /// Rollouts and gradients in a row between two looks at the clock of a thread, which ticks every few milliseconds.
 const PASSES: usize = 8;
 /// The graph network, which all searches plan with, and others of its kind, which only that of the first claim plans with.
-const NETWORK: &str = "learned";
-const OTHERS: [&str; 5] =
-    ["learned_bfloat16", "learned_near", "learned_near_bfloat16", "learned_150", "learned_150_bfloat16"];
+const NETWORKS: [&str; 6] =
+    ["learned", "learned_bfloat16", "learned_near", "learned_near_bfloat16", "learned_150", "learned_150_bfloat16"];
 const SMOKE: [&str; 3] = ["dataset.scene.particles=40", "dataset.steps=4", "policy.samples=4"];
 
 fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
@@ -69,8 +68,8 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
             for (planner, search) in &spec.planner {
                 watch.go_on(|| "stopped between two measurements; nothing is kept of them".into())?;
                 let wanted = match planner == CLAIMED.0 {
-                    true => [&[NETWORK][..], &OTHERS].concat().contains(name),
-                    false => !OTHERS.contains(name),
+                    true => NETWORKS.contains(name),
+                    false => !NETWORKS[1..].contains(name),
                 };
                 if wanted {
                     let budget = Budget { rollouts, ..spec.budget };
@@ -231,11 +230,11 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         format!("{model} {price:.2} ({})", verdict(price <= GRADIENT))
     });
     let (search, most) = CLAIMED;
-    let plans_by = [&[NETWORK][..], &OTHERS].concat().into_iter().map(|model| {
+    let plans_by = NETWORKS.map(|model| {
         let [plan, work] = ["seconds", "cpu"].map(|key| median(of(model, search, key)));
         format!("{model} {plan:.1} s, {work:.1} CPU seconds ({})", verdict(plan <= most))
     });
-    let plans_by = plans_by.collect::<Vec<_>>().join("; ");
+    let plans_by = plans_by.join("; ");
     let proposals = models.iter().map(|model| median(of(model, PROPOSAL.0, "seconds"))).fold(f64::NAN, f64::max);
     let all = |key: &str| rows.iter().map(|row| number(row, key)).filter(|x| x.is_finite()).collect::<Vec<f64>>();
     let rollouts = models.iter().map(|model| format!("{model} {:.1}", 1e3 * median(of(model, "rollout", "cpu"))));

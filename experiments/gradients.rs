@@ -2,10 +2,9 @@
 //! the model promises more of than sampling alone does, whatever the budget.
 //!
 //! Command: `cargo run --release --bin experiments -- gradients`, about fifteen minutes. Table: `paper/tables/gradients.tex`.
-use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, difference, difference_of, median};
+use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, compared, difference, difference_of, median};
 use indexmap::IndexSet;
-use pliant::compare::{CompareSpec, Row, commit, compare};
-use pliant::config;
+use pliant::compare::Row;
 use pliant::table::{Grid, Interval, verdict};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
@@ -84,9 +83,7 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
             runs.push([&words[..], &floors].concat());
         }
         for words in runs {
-            let loaded = config::load::<CompareSpec>("configs/compare/gradients.toml".as_ref(), &words)?;
-            for row in compare(&loaded, &commit(), watch)?.rows() {
-                let mut row = serde_json::to_value(row)?;
+            for mut row in compared("gradients", &words, watch)? {
                 row["budget"] = json!(size.rollouts);
                 rows.push(row);
             }

@@ -2,10 +2,9 @@
 //! rollouts and for equal time; a policy is as good in a fraction of the time.
 //!
 //! Command: `cargo run --release --bin experiments -- planners`, about twenty minutes. Table: `paper/tables/planners.tex`.
-use crate::claim::{Experiment, Rows, SMALL_FITS, Size, difference, median};
+use crate::claim::{Experiment, Rows, SMALL_FITS, Size, compared, difference, median};
 use indexmap::IndexSet;
-use pliant::compare::{CompareSpec, Row, commit, compare};
-use pliant::config;
+use pliant::compare::Row;
 use pliant::table::{Grid, Interval, verdict};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
@@ -73,9 +72,7 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let mut rows = Vec::new();
     for (name, words) in budgets {
         let words: Vec<String> = words.iter().chain(&smoke).map(|word| (*word).to_owned()).collect();
-        let loaded = config::load::<CompareSpec>("configs/compare/planners.toml".as_ref(), &words)?;
-        for row in compare(&loaded, &commit(), watch)?.rows() {
-            let mut row = serde_json::to_value(row)?;
+        for mut row in compared("planners", &words, watch)? {
             row["budget"] = json!(name);
             rows.push(row);
         }

@@ -2,11 +2,10 @@
 //! same model, and achieves a cost that is at most a tenth higher.
 //!
 //! Command: `cargo run --release --bin experiments -- policy`, about ten minutes. Table: `paper/tables/policy.tex`.
-use crate::claim::{Experiment, Rows, Size, difference, median, verdict};
+use crate::claim::{Experiment, Rows, Size, compared, difference, median, verdict};
 use anyhow::ensure;
 use indexmap::IndexSet;
-use pliant::compare::{CompareSpec, Row, commit, compare};
-use pliant::config;
+use pliant::compare::Row;
 use pliant::table::{Grid, Interval};
 use pliant::watch::Watch;
 use serde_json::Value;
@@ -41,10 +40,9 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let mut rows = Vec::new();
     for words in [[smoke, small].concat(), [&ORACLE[..], smoke].concat()] {
         let words: Vec<String> = words.into_iter().map(str::to_owned).collect();
-        let loaded = config::load::<CompareSpec>("configs/compare/policy.toml".as_ref(), &words)?;
-        rows.extend(compare(&loaded, &commit(), watch)?.rows());
+        rows.extend(compared("policy", &words, watch)?);
     }
-    Ok(rows.iter().map(serde_json::to_value).collect::<Result<_, _>>()?)
+    Ok(rows)
 }
 
 /// Attempts of one planner with one model.

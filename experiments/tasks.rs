@@ -3,10 +3,9 @@
 //!
 //! Command: `cargo run --release --bin experiments -- tasks`, about fifteen minutes. Table: `paper/tables/tasks.tex`. What was made, as
 //! pictures: `gallery.html` in the folders below `runs/compare`.
-use crate::claim::{self, Experiment, Rows, Size, difference, trials};
+use crate::claim::{self, Experiment, Rows, Size, compared, difference, trials};
 use indexmap::IndexSet;
-use pliant::compare::{CompareSpec, Row, commit, compare};
-use pliant::config;
+use pliant::compare::Row;
 use pliant::table::{Grid, Interval, TrialRow, verdict};
 use pliant::watch::Watch;
 use serde_json::{Value, json};
@@ -33,9 +32,7 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
     let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
     let mut rows = Vec::new();
     for task in TASKS {
-        let loaded = config::load::<CompareSpec>(format!("configs/compare/{task}.toml").as_ref(), &words)?;
-        for row in compare(&loaded, &commit(), watch)?.rows() {
-            let mut row = serde_json::to_value(row)?;
+        for mut row in compared(task, &words, watch)? {
             row["change"] = json!(task);
             rows.push(row);
         }

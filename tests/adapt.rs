@@ -105,6 +105,7 @@ fn another_draw_of_interactions_teaches_something_else() {
     };
     let (first, second) = (drawn("interactions_seed=0"), drawn("interactions_seed=1"));
     assert_ne!(first.0, second.0, "fitted to other episodes");
+    assert_ne!(first.1[0], second.1[0], "and judged on others");
     // Where nothing moves and nothing is learned, errors differ by the episodes alone.
     assert_ne!(first.1[1], second.1[1], "judged on other episodes");
     assert_eq!(first, drawn("interactions_seed=0"));
