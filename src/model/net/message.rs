@@ -1,5 +1,6 @@
 //! Messages of one edge kind, aggregated at their receivers, as one operation.
 use super::aggregation::{Aggregation, Winners};
+use super::bfloat16::activate;
 use super::ends::Ends;
 use super::input::Links;
 use super::part::Part;
@@ -63,6 +64,7 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let mut products = vec![0.0; count.min(BLOCK) * width];
     // The hidden layers: of every edge where a way back needs them, else the first of a block and the second nowhere.
     let kept = if T::OWNS_TAPE { [count; 2] } else { [count.min(BLOCK), 0] };
+    let mut halves = Vec::new();
     let [mut first, mut hidden] = kept.map(|rows| Vec::with_capacity(rows * width));
     let mut sums = vec![0.0; receivers * width];
     let (scale, mut winners) = (aggregation.scale(), Winners::of(aggregation, receivers, width));
@@ -70,14 +72,24 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         let end = count.min(start + BLOCK);
         let products = &mut products[..(end - start) * width];
         weights.edge.multiply(edges.feature_rows(start, end), products);
-        if !T::OWNS_TAPE {
-            first.clear();
+        let affine = products.chunks_exact(width).zip(edges.places(start, end));
+        let affine = affine.map(|(row, (i, j))| [row, &received[i * width..][..width], &sent[j * width..][..width]]);
+        match weights.hidden.rounded() {
+            Some(rounded) if !T::OWNS_TAPE => {
+                halves.clear();
+                activate(affine, &mut halves);
+                rounded.multiply_rounded(&halves, products);
+            }
+            _ => {
+                if !T::OWNS_TAPE {
+                    first.clear();
+                }
+                for [x, p, q] in affine {
+                    first.extend(x.iter().zip(p.iter().zip(q)).map(|(x, (p, q))| squareplus(x + p + q)));
+                }
+                weights.hidden.multiply(&first[first.len() - products.len()..], products);
+            }
         }
-        for (row, (i, j)) in products.chunks_exact(width).zip(edges.places(start, end)) {
-            let (to, from) = (&received[i * width..][..width], &sent[j * width..][..width]);
-            first.extend(row.iter().zip(to.iter().zip(from)).map(|(x, (p, q))| squareplus(x + p + q)));
-        }
-        weights.hidden.multiply(&first[first.len() - products.len()..], products);
         let bias = entries(&weights.hidden_bias);
         let window = &entries(&edges.window)[start..end];
         let rows = products.chunks_exact_mut(width).zip(edges.places(start, end)).zip(window);

@@ -14,6 +14,7 @@
 mod aggregate;
 mod aggregation;
 mod architecture;
+mod bfloat16;
 mod dense;
 mod ends;
 mod features;

@@ -26,6 +26,11 @@ impl Part {
         Self { rounded, ..self }
     }
 
+    /// Its rounded weights, where its products are rounded.
+    pub(super) fn rounded(&self) -> Option<&Rounded> {
+        self.rounded.as_deref()
+    }
+
     /// Numbers of a row of what comes out.
     pub(super) fn columns(&self) -> usize {
         self.weight.shape().1

@@ -1,4 +1,5 @@
 //! Products with a square weight matrix in bfloat16, sums in f32, by NumKong: on the processor's matrix unit where it has one.
+use super::bfloat16::rounded;
 use numkong::capabilities::configure_thread;
 use numkong::{Dots, bf16};
 
@@ -34,6 +35,11 @@ impl Rounded {
     /// `out = x W`, x of whole rows.
     pub(super) fn multiply(&self, x: &[f32], out: &mut [f32]) {
         self.forward.multiply(x, out);
+    }
+
+    /// The same of what is rounded already.
+    pub(super) fn multiply_rounded(&self, x: &[bf16], out: &mut [f32]) {
+        self.forward.multiply_rounded(x, out);
     }
 
     /// `out += x W`.
@@ -73,9 +79,12 @@ impl Packed {
     }
 
     fn multiply(&self, x: &[f32], out: &mut [f32]) {
+        self.multiply_rounded(&rounded(x), out);
+    }
+
+    fn multiply_rounded(&self, x: &[bf16], out: &mut [f32]) {
         let (width, rows) = (self.width, x.len() / self.width);
         assert!(x.len() == rows * width && out.len() == x.len(), "whole rows");
-        let x = rounded(x);
         READY.with(|_| ());
         // SAFETY: `x` and `out` both hold rows × width numbers, a row every `width` of them, `words` is what `dots_pack` wrote for
         // width columns of depth width, and this thread has been configured.
@@ -94,16 +103,6 @@ impl Packed {
     }
 }
 
-fn rounded(numbers: &[f32]) -> Vec<bf16> {
-    numbers.iter().map(|x| nearest(*x)).collect()
-}
-
-/// To nearest, ties to even; NumKong's own cast turns some NaN into zero.
-fn nearest(x: f32) -> bf16 {
-    let bits = x.to_bits();
-    if x.is_nan() { bf16::NAN } else { bf16(((bits + 0x7fff + (bits >> 16 & 1)) >> 16) as u16) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,12 +111,8 @@ mod tests {
         (0..count).map(|i| (i as f32 * step).sin()).collect()
     }
 
-    /// The nearest number whose last sixteen bits are zero.
-    fn by_distance(x: f32) -> f64 {
-        let below = x.to_bits() & 0xffff_0000;
-        let [low, high] = [below, below + 0x1_0000].map(|bits| f64::from(f32::from_bits(bits)));
-        let (down, up) = ((f64::from(x) - low).abs(), (high - f64::from(x)).abs());
-        if down < up || (down == up && below & 0x1_0000 == 0) { low } else { high }
+    fn as_rounded(x: f32) -> f64 {
+        f64::from(f32::from_bits(u32::from(rounded(&[x])[0].0) << 16))
     }
 
     #[test]
@@ -143,7 +138,7 @@ mod tests {
                 for (place, got) in out.iter().enumerate() {
                     let (i, j) = (place / width, place % width);
                     let of = |w: &dyn Fn(usize) -> f32| -> f64 {
-                        (0..width).map(|l| by_distance(x[i * width + l]) * by_distance(w(l))).sum()
+                        (0..width).map(|l| as_rounded(x[i * width + l]) * as_rounded(w(l))).sum()
                     };
                     let (forward, backward) = (of(&|l| w[l * width + j]), of(&|l| w[j * width + l]));
                     let expected = [forward, 1.0 + forward, backward, 1.0 + backward];
