@@ -69,6 +69,11 @@ impl Lesson {
         (episode, &self.split.tools[&episode.tool])
     }
 
+    /// What the table calls them.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     /// The same, which the table calls otherwise.
     pub(crate) fn called(self, name: String) -> Self {
         Self { name, ..self }
