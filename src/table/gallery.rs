@@ -38,14 +38,19 @@ pub fn gallery(title: &str, attempts: &[Attempt]) -> String {
 
 fn row((goal, planner): (&str, &str), line: &[&Attempt], models: &IndexSet<&str>) -> String {
     let Some(first) = line.first() else { return String::new() };
-    let frame = Frame::around(&[&first.goal, &first.start]);
+    let achieved = line.iter().map(|attempt| attempt.achieved.as_slice());
+    let frame = Frame::around(&[&first.goal, &first.start], achieved);
     let of = |model: &&str| match line.iter().find(|a| a.row.model == **model) {
         None => "<td></td>".to_owned(),
         Some(attempt) => {
             let cost = attempt.row.achieved.map_or("no plan".to_owned(), |cost| format!("{:.2} mm", 1e3 * cost));
             let tools = html_text(&attempt.row.tools.join(" → "));
             let picture = frame.picture(&attempt.achieved);
-            format!("<td>{picture}<div class=\"cost\">{cost}</div><div class=\"tools\">{tools}</div></td>")
+            let outside = match frame.outside(&attempt.achieved) {
+                0 => String::new(),
+                count => format!("<div class=\"tools\">{count} particles outside</div>"),
+            };
+            format!("<td>{picture}<div class=\"cost\">{cost}</div><div class=\"tools\">{tools}</div>{outside}</td>")
         }
     };
     let cells: String = models.iter().map(of).collect();
@@ -60,6 +65,9 @@ fn row((goal, planner): (&str, &str), line: &[&Attempt], models: &IndexSet<&str>
     )
 }
 
+/// Share of what was achieved that a picture is sure to hold.
+const NEAR: f64 = 0.98;
+
 /// A square of the table.
 struct Frame {
     middle: DVec2,
@@ -68,14 +76,36 @@ struct Frame {
 }
 
 impl Frame {
-    /// The square around these clouds, with room for what is squeezed out of them.
-    fn around(clouds: &[&[DVec3]]) -> Self {
-        let finite = || clouds.iter().flat_map(|cloud| cloud.iter()).filter(|p| p.is_finite()).map(|p| p.truncate());
+    /// The square around all of the `given` clouds and what is near of the `achieved`: of each the nearest [`NEAR`] to the others'
+    /// middle, so that a particle that was flung away does not make all else a dot.
+    fn around<'a>(given: &[&[DVec3]], achieved: impl Iterator<Item = &'a [DVec3]>) -> Self {
+        let flat =
+            |cloud: &[DVec3]| -> Vec<DVec2> { cloud.iter().filter(|p| p.is_finite()).map(|p| p.truncate()).collect() };
+        let mut points: Vec<DVec2> = given.iter().flat_map(|cloud| flat(cloud)).collect();
+        let middle = Self::of(&points).middle;
+        for cloud in achieved {
+            let mut cloud = flat(cloud);
+            cloud.sort_by(|a, b| a.distance_squared(middle).total_cmp(&b.distance_squared(middle)));
+            cloud.truncate((NEAR * cloud.len() as f64).ceil() as usize);
+            points.extend(cloud);
+        }
+        Self::of(&points)
+    }
+
+    fn of(points: &[DVec2]) -> Self {
         let (low, high) =
-            finite().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+            points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
         let size = (high - low).max_element();
-        let half = if size.is_finite() { 0.6 * size.max(0.02) } else { 0.05 };
-        Self { middle: if size.is_finite() { (low + high) / 2.0 } else { DVec2::ZERO }, half }
+        if !size.is_finite() {
+            return Self { middle: DVec2::ZERO, half: 0.05 };
+        }
+        Self { middle: (low + high) / 2.0, half: 0.55 * size.max(0.02) }
+    }
+
+    /// How many of `points` are not in its picture.
+    fn outside(&self, points: &[DVec3]) -> usize {
+        let inside = |p: &&DVec3| (p.truncate() - self.middle).abs().max_element() <= self.half;
+        points.len() - points.iter().filter(inside).count()
     }
 
     /// Its picture: low particles first and darker, high ones over them.
@@ -124,7 +154,7 @@ mod tests {
     #[test]
     fn x_is_to_the_right_y_is_up_and_what_is_no_number_is_not_drawn() {
         let cloud = [DVec3::ZERO, DVec3::new(0.02, 0.04, 0.0), DVec3::NAN];
-        let frame = Frame::around(&[&cloud]);
+        let frame = Frame::around(&[&cloud], std::iter::empty());
         let svg = frame.picture(&cloud);
         let number = |circle: &str, key: &str| -> f64 {
             circle.split(&format!("{key}=\"")).nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
@@ -134,5 +164,17 @@ mod tests {
         assert!(
             number(circles[0], "cx") < number(circles[1], "cx") && number(circles[0], "cy") > number(circles[1], "cy")
         );
+    }
+    #[test]
+    fn a_picture_holds_what_was_pushed_aside_but_not_what_was_flung_away_and_counts_it() {
+        let given = [DVec3::ZERO, DVec3::new(0.02, 0.02, 0.0)];
+        let mut achieved: Vec<DVec3> = (0..100).map(|i| DVec3::new(0.001 * f64::from(i), 0.0, 0.0)).collect();
+        let frame = Frame::around(&[&given], [achieved.as_slice()].into_iter());
+        assert_eq!(frame.outside(&achieved), 0, "half {}", frame.half);
+        achieved[0].y = 5.0;
+        achieved[1] = DVec3::NAN;
+        let frame = Frame::around(&[&given], [achieved.as_slice()].into_iter());
+        assert!(frame.half < 0.06, "half {}", frame.half);
+        assert_eq!(frame.outside(&achieved), 2);
     }
 }
