@@ -1,5 +1,5 @@
 //! Models that adapt to the scene that is planned in.
-use pliant::compare::{CompareSpec, Contender, fit};
+use pliant::compare::{CompareSpec, Contender, compare, fit};
 use pliant::config;
 use pliant::data::Dataset;
 use pliant::watch::Watch;
@@ -116,4 +116,30 @@ fn who_adapts_needs_something_to_adapt_to() {
     let folder = tempfile::tempdir().unwrap();
     let refused = fit(&spec(&["~interactions"], folder.path()), &Watch::silent()).err().unwrap().to_string();
     assert!(refused.contains("model.analytic_adapted") && refused.contains("interactions=12"), "{refused}");
+}
+
+#[test]
+fn a_policy_is_learned_anew_where_its_model_adapted_to_other_interactions() {
+    let folder = tempfile::tempdir().unwrap();
+    let policies = |seed: &str| {
+        let change = [
+            "model=[analytic_adapted]",
+            "planner=[policy]",
+            "goal=[disc]",
+            "interactions=5",
+            "+policy={samples=3,network={steps=2}}",
+            "chooser={kind=fixed,tool=press_square}",
+            seed,
+        ];
+        let words = [&SMALL[..1], &SMALL[2..4], &SMALL[9..], &change].concat();
+        let mut words: Vec<String> = words.into_iter().map(str::to_owned).collect();
+        words.push(format!("+artifacts={}", folder.path().display()));
+        let loaded = config::load::<CompareSpec>("configs/compare/materials.toml".as_ref(), &words).unwrap();
+        compare(&loaded, "", &Watch::silent()).unwrap();
+        std::fs::read_dir(folder.path().join("policy")).unwrap().count()
+    };
+    let first = policies("+interactions_seed=0");
+    assert_eq!(policies("+interactions_seed=1"), 2 * first);
+    std::fs::remove_dir_all(folder.path().join("compare")).unwrap();
+    assert_eq!(policies("+interactions_seed=1"), 2 * first, "what is there is used again");
 }

@@ -73,12 +73,20 @@ fn who_is_there_acts_no_more_and_impossible_ways_of_control_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [there, _] = rows(&["+until=1.0"], folder.path());
     assert!(there.tools.is_empty() && there.rollouts == 0);
-    for (change, word) in [
-        ("+control={triggered={threshold=-1.0}}", "threshold"),
-        ("+lookahead=5", "lookahead"),
-        ("+disturbance={kind=push,speed=[2.0,1.0],radius=0.01,blows=1,rest=0}", "speed"),
+    assert_eq!(
+        (there.predicted, there.achieved),
+        (None, Some(there.start)),
+        "what is reached is achieved, though nobody planned"
+    );
+    assert!(there.metrics.values().any(Option::is_some));
+    for (changes, word) in [
+        (&["+control={triggered={threshold=-1.0}}", "+lookahead=2"][..], "threshold"),
+        (&["+lookahead=5"], "lookahead"),
+        (&["+control={triggered={threshold=0.1}}"], "lookahead"),
+        (&["+planner.policy={extends=policy}", "+lookahead=2"], "policy"),
+        (&["+disturbance={kind=push,speed=[2.0,1.0],radius=0.01,blows=1,rest=0}"], "speed"),
     ] {
-        let loaded = load(&[change], folder.path());
+        let loaded = load(changes, folder.path());
         let refused = loaded.and_then(|loaded| compare::compare(&loaded, "", &Watch::silent())).unwrap_err();
         assert!(format!("{refused:#}").contains(word), "{refused:#}");
     }
@@ -101,7 +109,7 @@ fn a_plan_is_told_action_by_action_and_leaves_episodes_that_follow_each_other() 
     assert_eq!(read, told);
     for step in &told {
         assert!((step.predicted - step.achieved).abs() < 1e-9, "the simulator keeps its promise: {step:?}");
-        assert!(step.rollouts == 2 && step.theta.contains_key("rotation"));
+        assert!(step.rollouts == 2 && step.gradients == 0 && step.theta.contains_key("rotation"));
     }
     let episodes = journey.folder.join("episodes");
     let dataset = Dataset::load(&episodes).unwrap();

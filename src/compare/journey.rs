@@ -30,6 +30,8 @@ pub struct Step {
     pub seconds: f64,
     /// Rollouts spent planning it.
     pub rollouts: usize,
+    /// Gradients spent planning it.
+    pub gradients: usize,
 }
 
 /// All of it.
@@ -127,6 +129,7 @@ fn travel(
             achieved: run.cost(),
             seconds: after.seconds - before.seconds,
             rollouts: after.rollouts - before.rollouts,
+            gradients: after.gradients - before.gradients,
             tool: act.tool.clone(),
         };
         journey.shapes.push(states.last().map(|x| x.positions.clone()).unwrap_or_default());

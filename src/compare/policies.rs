@@ -8,14 +8,17 @@ use crate::watch::Watch;
 use anyhow::Context;
 use indexmap::IndexMap;
 use serde::Serialize;
+use std::ffi::OsStr;
 
 /// All that a policy depends on: its folder is named by the fingerprint of this, which stands in it as `recipe.json`.
 #[derive(Serialize)]
 struct Recipe<'a> {
     /// Fingerprint of the episodes whose first states it begins from, and that its model is fitted to.
     dataset: String,
-    /// The model that it learns from, and how that was fitted.
+    /// The model that it learns from.
     model: &'a ContenderSpec,
+    /// Names of the folders of the stages that fitted it, which are fingerprints of all that each depends on, interactions too.
+    fits: Vec<&'a OsStr>,
     tool: &'a ToolSpec,
     steps: usize,
     policy: &'a PolicySpec,
@@ -35,6 +38,7 @@ pub(super) fn policies(
         let recipe = Recipe {
             dataset: dataset.to_string(),
             model: &spec.model[&contender.name],
+            fits: contender.stages.values().filter_map(|folder| folder.file_name()).collect(),
             tool: &spec.dataset.tool[name],
             steps: spec.dataset.steps,
             policy: &spec.policy,

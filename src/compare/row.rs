@@ -28,7 +28,7 @@ pub struct Row {
     pub actions: Vec<Vec<f64>>,
     /// Cost that the model promised for the last action; null when the planner found no plan.
     pub predicted: Option<f64>,
-    /// Cost of what the world made of the plan.
+    /// Cost of what the world made of the plan, or of the start where that was near enough to the goal; null without either.
     pub achieved: Option<f64>,
     /// Cost before the first action.
     pub start: f64,

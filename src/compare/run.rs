@@ -33,6 +33,8 @@ pub(super) struct Run<'a> {
     pending: VecDeque<Next>,
     /// Where the model thinks that the last action ends, in open loop.
     imagined: Option<Seen>,
+    /// Whether nothing was left to do.
+    there: bool,
 }
 
 /// A state to plan from.
@@ -67,6 +69,7 @@ impl<'a> Run<'a> {
             predicted: None,
             pending: VecDeque::new(),
             imagined: None,
+            there: false,
         })
     }
 
@@ -81,6 +84,7 @@ impl<'a> Run<'a> {
             None => Seen { particles: self.observe(action)?, snapshot: None },
         };
         if self.bench.spec.until.is_some_and(|least| self.cost.at(0, 0, &seen.particles) <= least) {
+            self.there = true;
             return Ok(None);
         }
         let kept =
@@ -188,14 +192,15 @@ impl<'a> Run<'a> {
 
     /// What has come of it.
     pub(super) fn result(&self) -> Attempt {
-        let Self { bench, entry, predicted, spent, .. } = self;
+        let Self { bench, entry, predicted, spent, there, .. } = self;
         let (contender, (goal_name, goal)) = (entry.contender, entry.goal);
         let end = self.world.particles();
         let value = |particles: &Particles| self.cost.at(0, 0, particles);
-        // Without a plan nothing was achieved, which is not the same as having left the shape as it was.
+        // Without a plan nothing was achieved, which is not the same as having left the shape as it was, unless it was the goal's.
+        let counts = predicted.is_some() || *there;
         let measure = |(name, metric): (&str, &dyn Metric)| {
             let value = metric.evaluate(&end.positions, &goal.points, goal.matching);
-            (name.to_owned(), value.filter(|v| predicted.is_some() && v.is_finite()))
+            (name.to_owned(), value.filter(|v| counts && v.is_finite()))
         };
         let row = Row {
             model: contender.name.clone(),
@@ -204,7 +209,7 @@ impl<'a> Run<'a> {
             seed: entry.seed,
             control: bench.spec.control,
             predicted: *predicted,
-            achieved: predicted.map(|_| value(&end)),
+            achieved: counts.then(|| value(&end)),
             start: value(&self.start),
             one_step: contender.held_out.as_ref().map(|e| e.one_step),
             rollout: contender.held_out.as_ref().map(|e| e.rollout),

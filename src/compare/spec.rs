@@ -168,7 +168,25 @@ impl CompareSpec {
             metric.clone().build().with_context(|| format!("in `metric.{name}`"))?;
         }
         self.check_gradients()?;
+        self.check_proposals()?;
+        anyhow::ensure!(
+            self.lookahead > 1 || !matches!(self.control, ControlSpec::Triggered { .. }),
+            "`control` is triggered, but plans describe one action, so that none is ever kept; set `lookahead=2`"
+        );
         self.control.check()
+    }
+
+    /// Refuses planners that would learn to propose single actions where plans are several.
+    fn check_proposals(&self) -> anyhow::Result<()> {
+        for (name, planner) in &self.planner {
+            anyhow::ensure!(
+                self.lookahead == 1 || !planner.clone().build()?.wants_proposals(),
+                "planner.{name} costs what a policy proposes, which is one action, and `lookahead` is {}: leave that planner out, or \
+                 set `lookahead=1`",
+                self.lookahead
+            );
+        }
+        Ok(())
     }
 
     /// Refuses planners that can have no plan whatever the model.

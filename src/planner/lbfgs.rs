@@ -2,6 +2,7 @@
 use super::best::Best;
 use super::starts::others;
 use super::{Objective, Plan, Planner, starts, within};
+use crate::state::ActionSpace;
 use anyhow::ensure;
 use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
@@ -15,7 +16,7 @@ pub struct LbfgsSpec {
     /// Plans costed without gradient first, the middle of the box among them.
     #[schemars(range(min = 1))]
     pub candidates: usize,
-    /// Plans that descend, one after the other: the middle of the box, and the cheapest other candidates.
+    /// Plans that descend, all at once: the middle of the box, and the cheapest other candidates.
     #[schemars(range(min = 1))]
     pub starts: usize,
     /// Most gradients of each start.
@@ -50,16 +51,43 @@ impl LbfgsSpec {
     }
 }
 
+/// One start on its way down.
+struct Walker {
+    /// Fractions of the box.
+    at: Vec<f64>,
+    cost: f64,
+    /// `∂J/∂u`.
+    gradient: Vec<f64>,
+    /// Pairs of steps and gradient changes.
+    memory: VecDeque<(Vec<f64>, Vec<f64>)>,
+    /// Share of the next step that is taken.
+    length: f64,
+}
+
 impl Planner for Lbfgs {
     fn plan(&self, objective: &dyn Objective, rng: &mut ChaCha8Rng) -> Option<Plan> {
         let (space, mut best) = (objective.space(), Best::default());
         let middle = vec![0.5; space.dimension()];
-        let first = slope(objective, &middle, &mut best)?;
-        let starts = others(objective, self.spec.candidates - 1, self.spec.starts - 1, &mut best, rng);
-        self.descend(objective, middle, first, &mut best);
-        for start in starts {
-            if let Some(first) = slope(objective, &start, &mut best) {
-                self.descend(objective, start, first, &mut best);
+        // Asked before any rollout is spent: without a gradient there is no plan.
+        let known = objective.gradient(&within(space, &middle))?;
+        let mut starts = vec![middle];
+        starts.extend(others(objective, self.spec.candidates - 1, self.spec.starts - 1, &mut best, rng));
+        let plans: Vec<_> = starts.iter().map(|unit| within(space, unit)).collect();
+        let answers = [Some(known)].into_iter().chain(objective.gradients(&plans[1..]));
+        let begun = starts.into_iter().zip(plans.iter().zip(answers));
+        let begun =
+            begun.filter_map(|(unit, (plan, answer))| Some(Walker::at(unit, slope(space, plan, answer, &mut best)?)));
+        let mut walkers: Vec<Walker> = begun.collect();
+        for _ in 1..self.spec.steps {
+            let mut next = Vec::with_capacity(walkers.len());
+            walkers.retain_mut(|walker| walker.next(self.spec.rate).map(|unit| next.push(unit)).is_some());
+            if walkers.is_empty() || objective.exhausted() {
+                break;
+            }
+            let plans: Vec<_> = next.iter().map(|unit| within(space, unit)).collect();
+            let answers = objective.gradients(&plans);
+            for ((walker, unit), (plan, answer)) in walkers.iter_mut().zip(next).zip(plans.iter().zip(answers)) {
+                walker.judge(unit, slope(space, plan, answer, &mut best), self.spec.memory);
             }
         }
         best.into_plan()
@@ -70,67 +98,66 @@ impl Planner for Lbfgs {
     }
 }
 
-/// Cost and `∂J/∂u` at fractions u of the box, `None` without a gradient or where either is not finite.
-fn slope(objective: &dyn Objective, unit: &[f64], best: &mut Best) -> Option<(f64, Vec<f64>)> {
-    let space = objective.space();
-    let plan = within(space, unit);
-    let (cost, gradient) = objective.gradient(&plan)?;
-    best.see(&plan, cost);
+/// Cost and `∂J/∂u` of what a gradient was answered with, `None` where there is none or either is not finite.
+fn slope(
+    space: &ActionSpace,
+    plan: &[f64],
+    answer: Option<(f64, Vec<f64>)>,
+    best: &mut Best,
+) -> Option<(f64, Vec<f64>)> {
+    let (cost, gradient) = answer?;
+    best.see(plan, cost);
     let slope = space.by_unit(&gradient);
     (cost.is_finite() && slope.iter().all(|s| s.is_finite())).then_some((cost, slope))
 }
 
-impl Lbfgs {
-    fn descend(&self, objective: &dyn Objective, start: Vec<f64>, first: (f64, Vec<f64>), best: &mut Best) {
-        let (mut at, (mut cost, mut gradient)) = (start, first);
-        let mut memory: VecDeque<(Vec<f64>, Vec<f64>)> = VecDeque::new();
-        let (mut length, mut spent) = (1.0, 1);
-        while spent < self.spec.steps {
-            let held = |(u, g): (&f64, &f64)| *u <= 0.0 && *g > 0.0 || *u >= 1.0 && *g < 0.0;
-            let free: Vec<bool> = at.iter().zip(&gradient).map(|pair| !held(pair)).collect();
-            let masked =
-                |v: &[f64]| -> Vec<f64> { v.iter().zip(&free).map(|(x, free)| if *free { *x } else { 0.0 }).collect() };
-            let steepest = masked(&gradient);
-            let largest = steepest.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
-            if largest == 0.0 {
-                return;
-            }
-            let mut direction = self.direction(&steepest, &memory, &masked);
-            if memory.is_empty() || dot(&direction, &steepest) >= 0.0 {
-                memory.clear();
-                direction = steepest.iter().map(|g| -g * self.spec.rate / largest).collect();
-            }
-            let next: Vec<f64> = at.iter().zip(&direction).map(|(u, d)| (u + length * d).clamp(0.0, 1.0)).collect();
-            let step: Vec<f64> = next.iter().zip(&at).map(|(b, a)| b - a).collect();
-            if step.iter().all(|s| s.abs() < 1e-12) {
-                return;
-            }
-            spent += 1;
-            match slope(objective, &next, best) {
-                Some((now, change)) if now <= cost + FALL * dot(&step, &gradient) => {
-                    let turn: Vec<f64> = change.iter().zip(&gradient).map(|(b, a)| b - a).collect();
-                    if dot(&turn, &step) > 1e-10 * dot(&turn, &turn).sqrt() * dot(&step, &step).sqrt() {
-                        memory.push_back((step, turn));
-                        if memory.len() > self.spec.memory {
-                            memory.pop_front();
-                        }
-                    }
-                    (at, cost, gradient, length) = (next, now, change, 1.0);
-                }
-                _ if objective.exhausted() => return,
-                _ => length /= 4.0,
+impl Walker {
+    fn at(at: Vec<f64>, (cost, gradient): (f64, Vec<f64>)) -> Self {
+        Self { at, cost, gradient, memory: VecDeque::new(), length: 1.0 }
+    }
+
+    /// Where it looks next; nowhere once every coordinate is flat or pushed against its bound, or a step would be none.
+    fn next(&mut self, rate: f64) -> Option<Vec<f64>> {
+        let held = |(u, g): (&f64, &f64)| *u <= 0.0 && *g > 0.0 || *u >= 1.0 && *g < 0.0;
+        let free: Vec<bool> = self.at.iter().zip(&self.gradient).map(|pair| !held(pair)).collect();
+        let masked =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&free).map(|(x, free)| if *free { *x } else { 0.0 }).collect() };
+        let steepest = masked(&self.gradient);
+        let largest = steepest.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
+        if largest == 0.0 {
+            return None;
+        }
+        let mut direction = self.direction(&steepest, &masked);
+        if self.memory.is_empty() || dot(&direction, &steepest) >= 0.0 {
+            self.memory.clear();
+            direction = steepest.iter().map(|g| -g * rate / largest).collect();
+        }
+        let ahead = |(u, d): (&f64, &f64)| (u + self.length * d).clamp(0.0, 1.0);
+        let next: Vec<f64> = self.at.iter().zip(&direction).map(ahead).collect();
+        next.iter().zip(&self.at).any(|(b, a)| (b - a).abs() >= 1e-12).then_some(next)
+    }
+
+    /// Goes to `next` where that is low enough, else looks nearer by.
+    fn judge(&mut self, next: Vec<f64>, found: Option<(f64, Vec<f64>)>, most: usize) {
+        let step: Vec<f64> = next.iter().zip(&self.at).map(|(b, a)| b - a).collect();
+        let Some((cost, gradient)) = found.filter(|(cost, _)| *cost <= self.cost + FALL * dot(&step, &self.gradient))
+        else {
+            self.length /= 4.0;
+            return;
+        };
+        let turn: Vec<f64> = gradient.iter().zip(&self.gradient).map(|(b, a)| b - a).collect();
+        if dot(&turn, &step) > 1e-10 * dot(&turn, &turn).sqrt() * dot(&step, &step).sqrt() {
+            self.memory.push_back((step, turn));
+            if self.memory.len() > most {
+                self.memory.pop_front();
             }
         }
+        (self.at, self.cost, self.gradient, self.length) = (next, cost, gradient, 1.0);
     }
 
     /// `−H g` with H the inverse Hessian that `memory` describes on the free coordinates.
-    fn direction(
-        &self,
-        gradient: &[f64],
-        memory: &VecDeque<(Vec<f64>, Vec<f64>)>,
-        masked: &dyn Fn(&[f64]) -> Vec<f64>,
-    ) -> Vec<f64> {
-        let pairs: Vec<_> = memory.iter().map(|(s, y)| (masked(s), masked(y))).collect();
+    fn direction(&self, gradient: &[f64], masked: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
+        let pairs: Vec<_> = self.memory.iter().map(|(s, y)| (masked(s), masked(y))).collect();
         let pairs: Vec<_> = pairs.into_iter().filter(|(s, y)| dot(s, y) > 0.0).collect();
         let mut q = gradient.to_vec();
         let mut alphas = Vec::with_capacity(pairs.len());

@@ -5,9 +5,9 @@ use crate::config::write_whole;
 
 /// An action as one line.
 pub fn sentence(step: &Step) -> String {
-    let Step { action, tool, predicted, achieved, seconds, rollouts, .. } = step;
+    let Step { action, tool, predicted, achieved, seconds, rollouts, gradients, .. } = step;
     format!(
-        "{action}  {tool}  {}: predicted {:.2} mm, achieved {:.2} mm, planned in {seconds:.2} s with {rollouts} rollouts",
+        "{action}  {tool}  {}: predicted {:.2} mm, achieved {:.2} mm, planned in {seconds:.2} s with {rollouts} rollouts, {gradients} gradients",
         theta(step),
         1e3 * predicted,
         1e3 * achieved
@@ -33,7 +33,7 @@ const ANGLES: &[&str] = &["rotation", "direction"];
 pub fn write_journey(journey: &Journey, config: &str) -> anyhow::Result<Grid> {
     let [model, planner, goal] = &journey.names;
     let title = format!("{model} with {planner} to {goal}");
-    let header = ["action", "tool", "θ", "predicted [mm]", "achieved [mm]", "seconds", "rollouts"];
+    let header = ["action", "tool", "θ", "predicted [mm]", "achieved [mm]", "seconds", "rollouts", "gradients"];
     let line = |step: &Step| {
         let millimetres = |cost: f64| format!("{:.2}", 1e3 * cost);
         vec![
@@ -44,6 +44,7 @@ pub fn write_journey(journey: &Journey, config: &str) -> anyhow::Result<Grid> {
             millimetres(step.achieved),
             format!("{:.2}", step.seconds),
             step.rollouts.to_string(),
+            step.gradients.to_string(),
         ]
     };
     let grid = Grid {

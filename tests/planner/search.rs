@@ -92,6 +92,21 @@ fn plans_whose_cost_is_not_a_number_never_win_and_are_counted() {
 }
 
 #[test]
+fn a_middle_without_a_cost_does_not_keep_other_starts_from_descending() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        let broken = Field {
+            space: space(&[0.0], &[1.0]),
+            value: |x: &[f64]| if (x[0] - 0.5).abs() < 0.1 { bad } else { (x[0] - 0.8).powi(2) },
+            slope: Some(|x: &[f64]| vec![2.0 * (x[0] - 0.8)]),
+        };
+        for stem in ["descent", "lbfgs"] {
+            let plan = run(&named(stem, ""), &broken, 1).unwrap();
+            assert!((plan.theta[0] - 0.8).abs() < 0.02, "{stem} with {bad}: {plan:?}");
+        }
+    }
+}
+
+#[test]
 fn the_budget_is_never_exceeded_and_ends_the_search_with_its_best() {
     for stem in ALL {
         for rollouts in [0, 1, 7, 40, 41, 60, 99] {

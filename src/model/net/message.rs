@@ -62,8 +62,8 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     weights.sender.multiply(&edges.senders.gather(entries(nodes), width), &mut sent);
 
     let mut products = vec![0.0; count.min(BLOCK) * width];
-    // The hidden layers: of every edge where a way back needs them, else the first of a block and the second nowhere.
-    let kept = if T::OWNS_TAPE { [count; 2] } else { [count.min(BLOCK), 0] };
+    // The hidden layers: of every edge where a way back needs them, else the first of a block and the second of one edge.
+    let kept = if T::OWNS_TAPE { [count; 2] } else { [count.min(BLOCK), 1] };
     let mut halves = Vec::new();
     let [mut first, mut hidden] = kept.map(|rows| Vec::with_capacity(rows * width));
     let mut sums = vec![0.0; receivers * width];
@@ -92,22 +92,18 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
         }
         let bias = entries(&weights.hidden_bias);
         let window = &entries(&edges.window)[start..end];
-        let rows = products.chunks_exact_mut(width).zip(edges.places(start, end)).zip(window);
+        let rows = products.chunks_exact(width).zip(edges.places(start, end)).zip(window);
         for (e, ((row, (i, _)), w)) in (start..).zip(rows) {
-            let (sum, w) = (&mut sums[i * width..][..width], scale * w);
-            match &mut winners {
-                None => row.iter_mut().zip(bias).zip(sum).for_each(|((x, b), s)| {
-                    *x = squareplus(*x + b);
-                    *s += w * *x;
-                }),
-                Some(winners) => {
-                    row.iter_mut().zip(bias).for_each(|(x, b)| *x = squareplus(*x + b));
-                    winners.meet((e, i), w, row, sum);
-                }
+            if !T::OWNS_TAPE {
+                hidden.clear();
             }
-        }
-        if T::OWNS_TAPE {
-            hidden.extend_from_slice(products);
+            let before = hidden.len();
+            hidden.extend(row.iter().zip(bias).map(|(x, b)| squareplus(x + b)));
+            let (z, sum, w) = (&hidden[before..], &mut sums[i * width..][..width], scale * w);
+            match &mut winners {
+                None => z.iter().zip(sum).for_each(|(z, s)| *s += w * z),
+                Some(winners) => winners.meet((e, i), w, z, sum),
+            }
         }
     }
     let out = record.matrix(sums, width);
