@@ -13,6 +13,8 @@ fn spec(width: usize) -> LearnedSpec {
         bodies: 1,
         constants: Default::default(),
         precision: Default::default(),
+        shared_edges: false,
+        layer_norm: false,
         width,
         rounds: 2,
         sharing: Sharing::Shared,

@@ -151,6 +151,8 @@ pub(crate) fn spec(width: usize) -> LearnedSpec {
         bodies: 1,
         constants: IndexMap::new(),
         edges: kinds(3),
+        shared_edges: false,
+        layer_norm: false,
         radius: RADIUS,
         scale: SCALE,
         frame: FrameSpec::default(),

@@ -40,6 +40,12 @@ pub struct LearnedSpec {
     pub constants: IndexMap<String, [f64; 2]>,
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
+    /// Whether all kinds have one edge network, which a flag tells the kind, in place of one each.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub shared_edges: bool,
+    /// Whether what rounds and decoder read of a node is brought to mean zero and variance one (Ba, Kiros & Hinton 2016).
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub layer_norm: bool,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
     #[schemars(range(min = 1e-6))]
     pub radius: f64,
@@ -90,6 +96,8 @@ impl LearnedSpec {
             bodies: self.bodies,
             constants: self.constants.keys().cloned().collect(),
             edges: self.edges,
+            shared_edges: self.shared_edges,
+            layer_norm: self.layer_norm,
         };
         let mut network = Network::new(architecture, self.seed).in_precision(self.precision);
         if let Some(path) = &self.weights {
@@ -235,6 +243,10 @@ impl Law for Learned {
 fn within<'a>(view: &View<'a>, seen: &'a Seen) -> View<'a> {
     let Seen { particles, past, walls, poses, twists } = seen;
     View { particles, past, walls, poses, twists, ..*view }
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 fn one() -> usize {

@@ -39,6 +39,12 @@ pub struct Architecture {
     pub constants: Vec<String>,
     /// Names of the edge kinds that have an edge network, in order.
     pub edges: Vec<String>,
+    /// Whether all kinds have one edge network, which a flag tells the kind.
+    #[serde(default)]
+    pub shared_edges: bool,
+    /// Whether what rounds and decoder read of a node is brought to mean zero and variance one.
+    #[serde(default)]
+    pub layer_norm: bool,
 }
 
 /// Numbers a node where so many velocities are seen, so many bodies told apart and so many constants told.
@@ -61,11 +67,15 @@ pub(super) struct EdgeNetwork {
     pub(super) first: (usize, usize),
     pub(super) hidden: (usize, usize),
     pub(super) last: usize,
+    /// Row of the first layer that is the kind's flag.
+    pub(super) flag: Option<usize>,
 }
 
 /// Places of one round's weights.
 #[derive(Clone, Debug)]
 pub(super) struct Round {
+    /// Gain and shift of what the round reads.
+    pub(super) norm: Option<(usize, usize)>,
     pub(super) edges: Vec<EdgeNetwork>,
     pub(super) update: Perceptron,
 }
@@ -76,6 +86,8 @@ pub(super) struct Layout {
     pub(super) encoder: Perceptron,
     /// One entry a set of weights: a single one when rounds share.
     pub(super) rounds: Vec<Round>,
+    /// Gain and shift of what the decoder reads.
+    pub(super) norm: Option<(usize, usize)>,
     pub(super) decoder: Perceptron,
 }
 
@@ -94,20 +106,35 @@ impl Architecture {
                 Sharing::Shared => String::new(),
                 Sharing::PerRound => format!("round.{set}."),
             };
-            let edges = self.edges.iter().map(|kind| {
+            let norm = self.norm(&mut slots, &prefix);
+            let (inputs, kinds) = (2 * w + EDGE_FEATURES, self.edges.len());
+            let mut network = |kind: &str, flags: usize| {
                 let name = format!("{prefix}edge.{kind}");
                 EdgeNetwork {
-                    first: slots.layer(&format!("{name}.first"), 2 * w + EDGE_FEATURES, w, 1.0),
+                    first: slots.layer(&format!("{name}.first"), inputs + flags, w, 1.0),
                     hidden: slots.layer(&format!("{name}.hidden"), w, w, ACTIVE_GAIN),
                     last: slots.matrix(&format!("{name}.last.weight"), w, w, ACTIVE_GAIN),
+                    flag: None,
                 }
-            });
-            let edges = edges.collect();
-            Round { edges, update: slots.perceptron(&format!("{prefix}update"), 2 * w, w, w, 1.0) }
+            };
+            let edges = if self.shared_edges {
+                let one = network("any", kinds);
+                (0..kinds).map(|kind| EdgeNetwork { flag: Some(inputs + kind), ..one.clone() }).collect()
+            } else {
+                self.edges.iter().map(|kind| network(kind, 0)).collect()
+            };
+            Round { norm, edges, update: slots.perceptron(&format!("{prefix}update"), 2 * w, w, w, 1.0) }
         };
         let rounds = (0..sets).map(round).collect();
+        let norm = self.norm(&mut slots, "decoder.");
         let decoder = slots.perceptron("decoder", w, w, 3, 0.0);
-        (slots, Layout { encoder, rounds, decoder })
+        (slots, Layout { encoder, rounds, norm, decoder })
+    }
+
+    /// Places of a gain and a shift, where rows are normalised; both start as zero, the gain being what is added to one.
+    fn norm(&self, slots: &mut Slots, prefix: &str) -> Option<(usize, usize)> {
+        let mut place = |name: &str| slots.matrix(&format!("{prefix}norm.{name}"), 1, self.width, 0.0);
+        self.layer_norm.then(|| (place("gain"), place("shift")))
     }
 
     /// Numbers a node.
@@ -123,13 +150,16 @@ impl Architecture {
 
 impl fmt::Display for Architecture {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { width, rounds, sharing, aggregation, history, bodies, constants, edges } = self;
+        let Self { width, rounds, sharing, aggregation, history, bodies, constants, edges, shared_edges, layer_norm } =
+            self;
         write!(
             f,
             "width {width}, {rounds} rounds ({sharing:?}), messages' {aggregation:?}, {history} velocities seen, {bodies} bodies \
-             told apart, constants [{}], edge kinds [{}]",
+             told apart, constants [{}], edge kinds [{}]{}{}",
             constants.join(", "),
-            edges.join(", ")
+            edges.join(", "),
+            if *shared_edges { " sharing one network" } else { "" },
+            if *layer_norm { ", layer norm" } else { "" }
         )
     }
 }

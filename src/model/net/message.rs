@@ -23,6 +23,8 @@ pub(super) struct Weights {
     pub(super) edge: Part,
     /// (1, W).
     pub(super) first_bias: Matrix,
+    /// (1, W), what a flag for the kind adds where kinds share their weights.
+    pub(super) flag: Option<Part>,
     /// (W, W).
     pub(super) hidden: Part,
     /// (1, W).
@@ -56,7 +58,9 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
     let width = nodes.shape().1;
     let count = edges.links.len();
     let (receivers, senders) = (edges.receivers.len(), edges.senders.len());
-    let mut received = entries(&weights.first_bias).repeat(receivers);
+    let mut bias = entries(&weights.first_bias).to_vec();
+    weights.flag.iter().for_each(|flag| flag.multiply_add(&[1.0], &mut bias));
+    let mut received = bias.repeat(receivers);
     weights.receiver.multiply_add(&edges.receivers.gather(entries(nodes), width), &mut received);
     let mut sent = vec![0.0; senders * width];
     weights.sender.multiply(&edges.senders.gather(entries(nodes), width), &mut sent);
@@ -168,7 +172,10 @@ pub(super) fn message<T: Tape<f32, Cpu>>(
             let h = entries(&nodes);
             weights.receiver.learn(&receivers.gather(h, width), &at_received, grads)?;
             weights.sender.learn(&senders.gather(h, width), &at_sent, grads)?;
-            add_rows(&at_received, gradient(grads, &weights.first_bias)?);
+            let mut at_bias = vec![0.0; width];
+            add_rows(&at_received, &mut at_bias);
+            add_rows(&at_bias, gradient(grads, &weights.first_bias)?);
+            weights.flag.iter().try_for_each(|flag| flag.learn(&[1.0], &at_bias, grads))?;
         }
         Ok(())
     });

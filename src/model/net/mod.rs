@@ -7,7 +7,8 @@
 //! out_i = MLP_dec(hᵢ) ∈ ℝ³
 //! ```
 //!
-//! [`Aggregation`] says what may stand for the sum of messages. Interaction networks (Battaglia et al. 2016) with the
+//! [`Aggregation`] says what may stand for the sum of messages; the kinds may share one edge network, which a flag tells the kind, and
+//! what networks read of h may be normalised first. Interaction networks (Battaglia et al. 2016) with the
 //! encode–process–decode layout of Sanchez-Gonzalez et al. 2020. The window w reaches zero with zero slope at the graph's radius, so
 //! that outputs stay continuous and differentiable when an edge appears or vanishes; edges of roots and bonds have no window.
 //! Operations run on one thread and share nothing, so callers parallelise over rollouts.
@@ -21,6 +22,7 @@ mod features;
 mod filter;
 mod input;
 mod latent;
+mod layer_norm;
 mod layers;
 mod message;
 mod mixing;

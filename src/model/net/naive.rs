@@ -49,6 +49,21 @@ fn spread(column: Taped, width: usize) -> Taped {
     column.matmul(traced(&ones))
 }
 
+/// One row under itself, `rows` times.
+fn stacked(row: &Plain, rows: usize) -> Taped {
+    let ones: Plain = row.device().tensor_from_vec(vec![1.0; rows], (rows, 1));
+    traced(&ones).matmul(traced(row))
+}
+
+fn normed(a: &Architecture, leaves: &Leaves, prefix: &str, x: Taped) -> Taped {
+    if !a.layer_norm {
+        return x;
+    }
+    let rows = x.shape().0;
+    let [gain, shift] = ["gain", "shift"].map(|name| stacked(&leaves.weights[&format!("{prefix}norm.{name}")], rows));
+    x.normalize::<Axis<1>>(1e-5) * (gain + 1.0) + shift
+}
+
 /// The greatest of each receiver's rows and zero, component by component, receiver after receiver.
 fn greatest(rows: Taped, receivers: &[u32], count: usize) -> Taped {
     let (edges, width) = *rows.shape();
@@ -79,15 +94,21 @@ fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped 
         let prefix = if a.sharing == Sharing::Shared { String::new() } else { format!("round.{round}.") };
         let zeros: Plain = device.tensor_from_vec(vec![0.0; receivers * a.width], (receivers, a.width));
         let mut sum = traced(&zeros);
-        for ((kind, edges), (features, window)) in a.edges.iter().zip(&input.edges).zip(&leaves.edges) {
+        let seen = normed(a, leaves, &prefix, h.with_empty_tape());
+        for (place, (edges, (features, window))) in input.edges.iter().zip(&leaves.edges).enumerate() {
             if edges.links.is_empty() {
                 continue;
             }
-            let name = format!("{prefix}edge.{kind}");
+            let name = format!("{prefix}edge.{}", if a.shared_edges { "any" } else { &a.edges[place] });
             let to = incidence(device, &edges.links.receivers, count);
             let from = incidence(device, &edges.links.senders, count);
-            let ends = beside(traced(&to).matmul(h.with_empty_tape()), traced(&from).matmul(h.with_empty_tape()));
-            let z = activation(layer(leaves, &format!("{name}.first"), beside(ends, traced(features))));
+            let ends = beside(traced(&to).matmul(seen.with_empty_tape()), traced(&from).matmul(seen.with_empty_tape()));
+            let mut read = beside(ends, traced(features));
+            if a.shared_edges {
+                let flags = vec![place as u32; edges.links.len()];
+                read = beside(read, traced(&incidence(device, &flags, a.edges.len())));
+            }
+            let z = activation(layer(leaves, &format!("{name}.first"), read));
             let z = activation(layer(leaves, &format!("{name}.hidden"), z));
             let last = &leaves.weights[&format!("{name}.last.weight")];
             let gather: Plain = incidence(device, &edges.links.receivers, receivers).permute();
@@ -102,12 +123,12 @@ fn run(a: &Architecture, leaves: &Leaves, input: &Input, device: &Cpu) -> Taped 
                     Aggregation::Max => greatest(weighted, &edges.links.receivers, receivers).matmul(traced(last)),
                 };
         }
-        let own = traced(&pick).matmul(h.with_empty_tape());
+        let own = traced(&pick).matmul(seen);
         let inner = activation(layer(leaves, &format!("{prefix}update.first"), beside(own, sum)));
         h = h + traced(&put).matmul(layer(leaves, &format!("{prefix}update.last"), inner));
     }
     let particles: Vec<u32> = (0..input.particles as u32).collect();
-    let own = traced(&incidence(device, &particles, count)).matmul(h);
+    let own = traced(&incidence(device, &particles, count)).matmul(normed(a, leaves, "decoder.", h));
     layer(leaves, "decoder.last", activation(layer(leaves, "decoder.first", own)))
 }
 
@@ -116,11 +137,18 @@ fn network(sharing: Sharing, width: usize) -> Network {
 }
 
 fn network_with(aggregation: Aggregation, sharing: Sharing, width: usize) -> Network {
+    shaken(architecture(aggregation, sharing, width))
+}
+
+fn architecture(aggregation: Aggregation, sharing: Sharing, width: usize) -> Architecture {
     let edges = ["particle", "tool", "floor"].map(str::to_owned).to_vec();
-    let mut network = Network::new(
-        Architecture { width, rounds: 2, sharing, aggregation, history: 1, bodies: 1, constants: Vec::new(), edges },
-        3,
-    );
+    let (constants, shared_edges, layer_norm) = (Vec::new(), false, false);
+    let (rounds, history, bodies) = (2, 1, 1);
+    Architecture { width, rounds, sharing, aggregation, history, bodies, constants, edges, shared_edges, layer_norm }
+}
+
+fn shaken(architecture: Architecture) -> Network {
+    let mut network = Network::new(architecture, 3);
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let shaken: Vec<f32> = network.weights().iter().map(|w| w + rng.random_range(-0.1..0.1)).collect();
     network.set_weights(&shaken);
@@ -155,9 +183,18 @@ fn gap(a: &[f32], b: &[f32]) -> f32 {
 fn agrees_with_the_naive_network_in_value_and_every_derivative() {
     let cases =
         [(Sharing::Shared, 24, [300, 70, 9], [40, 40, 61]), (Sharing::PerRound, 17, [150, 0, 40], [40, 47, 61])];
-    let kinds = [Aggregation::Sum, Aggregation::Mean, Aggregation::Max];
-    for ((sharing, width, counts, rows), aggregation) in cases.into_iter().flat_map(|c| kinds.map(|k| (c, k))) {
-        let (network, input) = (network_with(aggregation, sharing, width), input(counts, rows));
+    let kinds = [
+        (Aggregation::Sum, false, false),
+        (Aggregation::Mean, false, false),
+        (Aggregation::Max, false, false),
+        (Aggregation::Sum, true, false),
+        (Aggregation::Sum, false, true),
+        (Aggregation::Mean, true, true),
+    ];
+    for ((sharing, width, counts, rows), kind) in cases.into_iter().flat_map(|c| kinds.map(|k| (c, k))) {
+        let (aggregation, shared_edges, layer_norm) = kind;
+        let (input, plain) = (input(counts, rows), architecture(aggregation, sharing, width));
+        let network = shaken(Architecture { shared_edges, layer_norm, ..plain });
         let device = Cpu::default();
         let matrix =
             |v: &[f32], columns: usize| -> Plain { device.tensor_from_vec(v.to_vec(), (v.len() / columns, columns)) };

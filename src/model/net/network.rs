@@ -4,6 +4,7 @@ use super::architecture::{Architecture, Layout, Round};
 use super::dense::{Finish, dense};
 use super::ends::Ends;
 use super::input::{EDGE_FEATURES, Edges, Input, InputGrad};
+use super::layer_norm::layer_norm;
 use super::message::{EdgeInput, Weights, message};
 use super::parameters::{Parameters, Perceptron};
 use super::part::Part;
@@ -138,6 +139,7 @@ impl Network {
             nodes = self.round(record, rows.receivers, &nodes, &edges, round);
         }
         let decoder = &self.layout.decoder;
+        let nodes = self.norm(record, &nodes, self.layout.norm);
         let inner = self.layer(record, rows.particles, &nodes, decoder);
         self.last(record, rows.particles, &inner, decoder, Finish::Linear)
     }
@@ -151,6 +153,8 @@ impl Network {
         round: &Round,
     ) -> Matrix {
         let width = self.architecture.width;
+        let base = nodes;
+        let nodes = &self.norm(record, base, round.norm);
         let mut kinds = Vec::new();
         for (network, edges) in round.edges.iter().zip(edges) {
             if !edges.links.is_empty() {
@@ -160,6 +164,7 @@ impl Network {
                     sender: first(width..2 * width),
                     edge: first(2 * width..2 * width + EDGE_FEATURES),
                     first_bias: self.weights[network.first.1].clone(),
+                    flag: network.flag.map(|row| first(row..row + 1)),
                     hidden: self.part(record.wanted, network.hidden.0, 0..width),
                     hidden_bias: self.weights[network.hidden.1].clone(),
                 };
@@ -179,7 +184,15 @@ impl Network {
             let terms = [(nodes, own), (&aggregate, self.part(record.wanted, weight, width..2 * width))];
             dense(record, receivers, &terms, bias, Finish::Squareplus)
         };
-        self.last(record, receivers, &inner, &round.update, Finish::Onto(nodes))
+        self.last(record, receivers, &inner, &round.update, Finish::Onto(base))
+    }
+
+    /// The rows as networks read them.
+    fn norm<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, x: &Matrix, norm: Option<(usize, usize)>) -> Matrix {
+        match norm {
+            Some((gain, shift)) => layer_norm(record, x, &self.weights[gain], &self.weights[shift]),
+            None => x.clone(),
+        }
     }
 
     fn layer<T: Tape<f32, Cpu>>(&self, record: &mut Record<T>, rows: usize, x: &Matrix, p: &Perceptron) -> Matrix {
