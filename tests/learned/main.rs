@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
 mod moment;
+mod reach;
 mod relabel;
 mod roots;
 
