@@ -1,6 +1,8 @@
 //! Training finds the truth, and how often or on how many threads it runs changes nothing.
 #[path = "train/layers.rs"]
 mod layers;
+#[path = "train/network.rs"]
+mod network;
 mod toy;
 use pliant::metric::{Chamfer, CostSpec};
 use pliant::model::{Cost, WorldModel};

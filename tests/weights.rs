@@ -5,7 +5,8 @@ use pliant::model::law::{FrameSpec, Law, Learned, LearnedSpec};
 use pliant::model::net::{Aggregation, Sharing};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use safetensors::SafeTensors;
+use safetensors::{SafeTensors, serialize};
+use std::collections::HashMap;
 
 fn spec(width: usize) -> LearnedSpec {
     LearnedSpec {
@@ -77,6 +78,41 @@ fn weights_survive_the_disk_and_bad_files_are_named() {
     for damaged in cut.into_iter().chain([not_a_number, hostile, longer]) {
         std::fs::write(&bad, &damaged).unwrap();
         assert!(complaint(16, &bad).contains("bad.safetensors"));
+    }
+}
+
+#[test]
+fn a_file_that_speaks_of_its_architecture_in_riddles_is_refused_and_one_that_is_silent_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("w.safetensors");
+    let law = shaken();
+    law.save_weights(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let tensors = SafeTensors::deserialize(&bytes).unwrap().tensors();
+    let from = |metadata: Option<(&str, &str)>| {
+        let metadata = metadata.map(|(key, text)| HashMap::from([(key.to_owned(), text.to_owned())]));
+        let views = tensors.iter().map(|(name, view)| (name, view));
+        std::fs::write(&path, serialize(views, metadata).unwrap()).unwrap();
+        LearnedSpec { weights: Some(path.clone()), ..spec(16) }.build()
+    };
+    for silent in [None, Some(("format", "pt"))] {
+        assert_eq!(from(silent).unwrap().weights(), law.weights(), "its matrices fit by name and shape");
+    }
+    let (_, header) = SafeTensors::read_metadata(&bytes).unwrap();
+    let own = header.metadata().as_ref().unwrap()["architecture"].clone();
+    assert_eq!(from(Some(("architecture", &own))).unwrap().weights(), law.weights());
+    let mut riddles = ["", "16", "null", "[]", "{}", "{\"width\":16}", "a graph network"].map(str::to_owned).to_vec();
+    riddles.push(own[..own.len() - 1].to_owned());
+    riddles.push("[".repeat(100_000));
+    for (word, other) in [("\"width\"", "\"wodth\""), ("\"sum\"", "\"som\""), (":16", ":-16"), (":16", ":1e99")] {
+        assert!(own.contains(word), "{word} in {own}");
+        riddles.push(own.replace(word, other));
+    }
+    for riddle in riddles {
+        let sentence = format!("{:#}", from(Some(("architecture", &riddle))).unwrap_err());
+        for part in ["w.safetensors", "config asks for width 16", "architecture makes no sense"] {
+            assert!(sentence.contains(part), "{part} in {sentence}");
+        }
     }
 }
 

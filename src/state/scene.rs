@@ -58,6 +58,8 @@ impl Scene {
         ensure!(self.interval > 0.0, "the scene's control interval must be positive, got {} s", self.interval);
         let (positions, velocities) = (self.particles.positions.len(), self.particles.velocities.len());
         ensure!(positions == velocities, "the scene gives {positions} positions but {velocities} velocities");
+        let past = self.past.iter().all(|rows| rows.len() == positions);
+        ensure!(past, "the scene gives {positions} particles, but velocities in the past of more or fewer");
         let bodies = self.body.len();
         ensure!(positions == bodies, "the scene gives {positions} particles but the bodies of {bodies}");
         ensure!(self.particles.is_finite(), "a particle's position or velocity in the scene is not a finite number");

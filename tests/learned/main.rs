@@ -9,6 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
 mod moment;
+mod reach;
+mod relabel;
 mod roots;
 
 /// Moves one quantity of a tool part by a vector.

@@ -1,4 +1,4 @@
-//! The same network written with nothing but dfdx's own operations, on concatenated rows and dense incidence matrices.
+//! The same network in f64, written with nothing but dfdx's own operations, on concatenated rows and dense incidence matrices.
 use super::input::{EDGE_FEATURES, NODE_FEATURES};
 use super::{Aggregation, Architecture, Edges, Input, Links, Network, Precision, Sharing};
 use dfdx::prelude::*;
@@ -7,13 +7,36 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-type Plain = Tensor<(usize, usize), f32, Cpu>;
-type Taped = Tensor<(usize, usize), f32, Cpu, OwnedTape<f32, Cpu>>;
+type Plain = Tensor<(usize, usize), f64, Cpu>;
+type Taped = Tensor<(usize, usize), f64, Cpu, OwnedTape<f64, Cpu>>;
 
 struct Leaves {
     weights: BTreeMap<String, Plain>,
     nodes: Plain,
     edges: Vec<(Plain, Plain)>,
+}
+
+impl Leaves {
+    fn of(network: &Network, input: &Input, device: &Cpu) -> Self {
+        let matrix = |v: &[f32], columns: usize| -> Plain {
+            device.tensor_from_vec(v.iter().map(|x| f64::from(*x)).collect(), (v.len() / columns, columns))
+        };
+        Self {
+            weights: network.named().map(|(name, shape, v)| (name.to_owned(), matrix(v, shape.1))).collect(),
+            nodes: matrix(&input.nodes, NODE_FEATURES),
+            edges: input.edges.iter().map(|e| (matrix(&e.features, EDGE_FEATURES), matrix(&e.window, 1))).collect(),
+        }
+    }
+
+    /// `self + step * d`.
+    fn along(&self, d: &Self, step: f64) -> Self {
+        let moved = |x: &Plain, d: &Plain| x.clone() + d.clone() * step;
+        Self {
+            weights: self.weights.iter().map(|(name, w)| (name.clone(), moved(w, &d.weights[name]))).collect(),
+            nodes: moved(&self.nodes, &d.nodes),
+            edges: self.edges.iter().zip(&d.edges).map(|(x, d)| (moved(&x.0, &d.0), moved(&x.1, &d.1))).collect(),
+        }
+    }
 }
 
 fn traced(x: &Plain) -> Taped {
@@ -22,7 +45,7 @@ fn traced(x: &Plain) -> Taped {
 
 fn activation(x: Taped) -> Taped {
     let root = (x.with_empty_tape().square() + 1.0).sqrt();
-    (x + root) * 0.5 - 0.677_265_4
+    (x + root) * 0.5 - f64::from(0.677_265_4_f32)
 }
 
 fn layer(leaves: &Leaves, name: &str, x: Taped) -> Taped {
@@ -173,10 +196,11 @@ fn cotangent(count: usize) -> Vec<f32> {
 }
 
 /// `max |a − b| / max |b|`.
-fn gap(a: &[f32], b: &[f32]) -> f32 {
+fn gap<T: Copy + Into<f64>>(a: &[f32], b: &[T]) -> f64 {
     assert_eq!(a.len(), b.len());
-    let size = b.iter().fold(0.0f32, |m, x| m.max(x.abs()));
-    a.iter().zip(b).fold(0.0f32, |m, (x, y)| m.max((x - y).abs())) / size.max(1e-20)
+    let b: Vec<f64> = b.iter().map(|x| (*x).into()).collect();
+    let size = b.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    a.iter().zip(&b).fold(0.0f64, |m, (x, y)| m.max((f64::from(*x) - y).abs())) / size.max(1e-20)
 }
 
 #[test]
@@ -196,19 +220,13 @@ fn agrees_with_the_naive_network_in_value_and_every_derivative() {
         let (input, plain) = (input(counts, rows), architecture(aggregation, sharing, width));
         let network = shaken(Architecture { shared_edges, layer_norm, ..plain });
         let device = Cpu::default();
-        let matrix =
-            |v: &[f32], columns: usize| -> Plain { device.tensor_from_vec(v.to_vec(), (v.len() / columns, columns)) };
-        let leaves = Leaves {
-            weights: network.named().map(|(name, shape, v)| (name.to_owned(), matrix(v, shape.1))).collect(),
-            nodes: matrix(&input.nodes, NODE_FEATURES),
-            edges: input.edges.iter().map(|e| (matrix(&e.features, EDGE_FEATURES), matrix(&e.window, 1))).collect(),
-        };
+        let leaves = Leaves::of(&network, &input, &device);
         let output = run(network.architecture(), &leaves, &input, &device);
         let fast = network.forward(input.clone());
         assert!(gap(&fast, &output.as_vec()) < 1e-5, "{}", gap(&fast, &output.as_vec()));
 
         let at = cotangent(fast.len());
-        let at_output: Plain = device.tensor_from_vec(at.clone(), (input.particles, 3));
+        let at_output: Plain = device.tensor_from_vec(at.iter().map(|g| f64::from(*g)).collect(), (input.particles, 3));
         let grads = (output * at_output).sum::<Rank0, _>().backward();
         let mut weights = vec![0.0; network.weights().len()];
         let (_, back) = network.pull(input.clone(), &at, &mut weights);
@@ -220,14 +238,14 @@ fn agrees_with_the_naive_network_in_value_and_every_derivative() {
                 assert!(own.iter().all(|g| *g == 0.0), "{name}");
             } else {
                 let g = gap(own, &grads.get(&leaves.weights[name]).as_vec());
-                assert!(g < 1e-4, "{name}: {g}");
+                assert!(g < 2e-5, "{name}: {g}");
             }
         }
-        assert!(gap(&back.nodes, &grads.get(&leaves.nodes).as_vec()) < 1e-4);
+        assert!(gap(&back.nodes, &grads.get(&leaves.nodes).as_vec()) < 2e-5);
         for (own, (features, window)) in back.edges.iter().zip(&leaves.edges) {
             if !own.window.is_empty() {
-                assert!(gap(&own.features, &grads.get(features).as_vec()) < 1e-4);
-                assert!(gap(&own.window, &grads.get(window).as_vec()) < 1e-4);
+                assert!(gap(&own.features, &grads.get(features).as_vec()) < 2e-5);
+                assert!(gap(&own.window, &grads.get(window).as_vec()) < 2e-5);
             }
         }
         let (_, alone) = network.pull(input, &at, &mut []);
@@ -241,29 +259,30 @@ fn derivatives_agree_with_central_differences() {
     let at = cotangent(3 * input.particles);
     let mut weights = vec![0.0; network.weights().len()];
     let (_, back) = network.pull(input.clone(), &at, &mut weights);
-    let cost = |network: &Network, input: Input| -> f64 {
-        network.forward(input).iter().zip(&at).map(|(y, g)| f64::from(*y) * f64::from(*g)).sum()
+    let device = Cpu::default();
+    let here = Leaves::of(&network, &input, &device);
+    let cost = |leaves: &Leaves| -> f64 {
+        let output = run(network.architecture(), leaves, &input, &device).as_vec();
+        output.iter().zip(&at).map(|(y, g)| y * f64::from(*g)).sum()
     };
-    // Along random directions, so that the f32 noise of one difference is small beside its size.
     let mut rng = ChaCha8Rng::seed_from_u64(6);
-    let h = 3e-3;
+    let h = 1e-5;
     for _ in 0..10 {
         let mut direction = |n: usize| -> Vec<f32> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
-        let (d_weights, d_nodes, d_features) =
-            (direction(weights.len()), direction(input.nodes.len()), direction(input.edges[0].features.len()));
-        let moved = |step: f32| {
-            let shift = |x: &[f32], d: &[f32]| -> Vec<f32> { x.iter().zip(d).map(|(x, d)| x + step * d).collect() };
-            let (mut network, mut input) = (network.clone(), input.clone());
-            network.set_weights(&shift(&network.weights(), &d_weights));
-            input.nodes = shift(&input.nodes, &d_nodes);
-            input.edges[0].features = shift(&input.edges[0].features, &d_features);
-            cost(&network, input)
-        };
-        let difference = (moved(h) - moved(-h)) / f64::from(2.0 * h);
+        let (mut to, mut d) = (network.clone(), input.clone());
+        to.set_weights(&direction(weights.len()));
+        d.nodes = direction(input.nodes.len());
+        for edges in &mut d.edges {
+            (edges.features, edges.window) = (direction(edges.features.len()), direction(edges.window.len()));
+        }
+        let along = Leaves::of(&to, &d, &device);
+        let difference = (cost(&here.along(&along, h)) - cost(&here.along(&along, -h))) / (2.0 * h);
         let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(x, y)| f64::from(*x) * f64::from(*y)).sum::<f64>();
-        let exact = dot(&weights, &d_weights) + dot(&back.nodes, &d_nodes) + dot(&back.edges[0].features, &d_features);
+        let edges = back.edges.iter().zip(&d.edges);
+        let edges = edges.map(|(g, d)| dot(&g.features, &d.features) + dot(&g.window, &d.window));
+        let exact = dot(&weights, &to.weights()) + dot(&back.nodes, &d.nodes) + edges.sum::<f64>();
         assert!(exact.abs() > 1e-2, "a trivial direction: {exact}");
-        assert!((exact - difference).abs() < 3e-3 * exact.abs().max(1.0), "{exact} against {difference}");
+        assert!((exact - difference).abs() < 2e-5 * exact.abs().max(1.0), "{exact} against {difference}");
     }
 }
 

@@ -12,6 +12,8 @@ use std::path::Path;
 
 const ARCHITECTURE: &str = "architecture";
 const DAMAGED: &str = "the file is not whole safetensors; train again or copy it again";
+const UNREADABLE: &str =
+    "what the file says of its architecture makes no sense; it was changed, or is of another kind of network";
 
 /// Writes every weight matrix by name, whole or not at all.
 ///
@@ -25,8 +27,8 @@ pub(super) fn save(weights: &Parameters, architecture: &impl Serialize, path: &P
 /// The weights of a file that [`save`] wrote for an equal architecture.
 ///
 /// # Errors
-/// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, or of another
-/// architecture.
+/// A sentence naming the file, and the matrix with the shape it should have, when the file is missing, damaged, of another
+/// architecture, or says of its architecture what cannot be read; of a file that says nothing only the shapes are judged.
 pub(super) fn load<A>(expected: &Parameters, architecture: &A, path: &Path) -> anyhow::Result<Vec<f32>>
 where
     A: DeserializeOwned + PartialEq + Display,
@@ -42,7 +44,8 @@ where
 {
     let (_, header) = SafeTensors::read_metadata(bytes).context(DAMAGED)?;
     let stored = header.metadata().as_ref().and_then(|m| m.get(ARCHITECTURE));
-    let stored = stored.and_then(|text| serde_json::from_str::<A>(text).ok());
+    let stored = stored.map(|text| serde_json::from_str::<A>(text).context(UNREADABLE)).transpose();
+    let stored = stored.with_context(|| format!("the config asks for {architecture}"))?;
     let file = SafeTensors::deserialize(bytes).context(DAMAGED)?;
     let shapes: Vec<_> = expected.named().map(|(name, shape, _)| (name.to_owned(), shape)).collect();
     let weights = matrices(&shapes, &file);
