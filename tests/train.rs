@@ -1,6 +1,8 @@
 //! Training finds the truth, and how often or on how many threads it runs changes nothing.
 #[path = "train/layers.rs"]
 mod layers;
+#[path = "train/patience.rs"]
+mod patience;
 mod toy;
 use pliant::metric::{Chamfer, CostSpec};
 use pliant::model::{Cost, WorldModel};
@@ -31,6 +33,7 @@ fn spec() -> TrainSpec {
         validation_windows: 6,
         validation_horizon: 4,
         validate_every: 10,
+        patience: None,
         log_every: 5,
         sparsity: 0.0,
         layers: Vec::new(),
@@ -105,14 +108,13 @@ fn training_finds_the_weights_that_made_the_data() {
 #[test]
 fn every_way_to_unroll_and_every_loss_finds_them_too() {
     let split = toy::split(&Toy::new(TRUTH));
-    let chamfer: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "chamfer" })).unwrap();
-    let sinkhorn: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "sinkhorn" })).unwrap();
+    let distance = |kind| serde_json::from_value::<CostSpec>(serde_json::json!({ "kind": kind })).unwrap();
     let long = TrainSpec { steps: 400, validate_every: 100, log_every: 100, ..spec() };
     let ways = [
         ("grow", TrainSpec { grow: 200, ..long.clone() }),
         ("pushforward", TrainSpec { unroll: Unroll::LastStep, ..long.clone() }),
-        ("chamfer", TrainSpec { loss: Some(chamfer), ..long.clone() }),
-        ("sinkhorn", TrainSpec { loss: Some(sinkhorn), ..long.clone() }),
+        ("chamfer", TrainSpec { loss: Some(distance("chamfer")), ..long.clone() }),
+        ("sinkhorn", TrainSpec { loss: Some(distance("sinkhorn")), ..long.clone() }),
     ];
     let mut found = Vec::new();
     for (name, spec) in ways {
