@@ -3,3 +3,4 @@ mod curvature;
 mod field;
 mod proposals;
 mod search;
+mod seconds;
