@@ -45,6 +45,8 @@ impl RandomGraph {
             bodies: 1,
             constants: Vec::new(),
             edges: kinds,
+            shared_edges: false,
+            layer_norm: false,
         };
         let mut network = Network::new(architecture, 1);
         let start = network.weights();

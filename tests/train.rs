@@ -3,6 +3,10 @@
 mod layers;
 #[path = "train/network.rs"]
 mod network;
+#[path = "train/patience.rs"]
+mod patience;
+#[path = "train/refusals.rs"]
+mod refusals;
 mod toy;
 use pliant::metric::{Chamfer, CostSpec};
 use pliant::model::{Cost, WorldModel};
@@ -33,6 +37,7 @@ fn spec() -> TrainSpec {
         validation_windows: 6,
         validation_horizon: 4,
         validate_every: 10,
+        patience: None,
         log_every: 5,
         sparsity: 0.0,
         layers: Vec::new(),
@@ -107,14 +112,13 @@ fn training_finds_the_weights_that_made_the_data() {
 #[test]
 fn every_way_to_unroll_and_every_loss_finds_them_too() {
     let split = toy::split(&Toy::new(TRUTH));
-    let chamfer: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "chamfer" })).unwrap();
-    let sinkhorn: CostSpec = serde_json::from_value(serde_json::json!({ "kind": "sinkhorn" })).unwrap();
+    let distance = |kind| serde_json::from_value::<CostSpec>(serde_json::json!({ "kind": kind })).unwrap();
     let long = TrainSpec { steps: 400, validate_every: 100, log_every: 100, ..spec() };
     let ways = [
         ("grow", TrainSpec { grow: 200, ..long.clone() }),
         ("pushforward", TrainSpec { unroll: Unroll::LastStep, ..long.clone() }),
-        ("chamfer", TrainSpec { loss: Some(chamfer), ..long.clone() }),
-        ("sinkhorn", TrainSpec { loss: Some(sinkhorn), ..long.clone() }),
+        ("chamfer", TrainSpec { loss: Some(distance("chamfer")), ..long.clone() }),
+        ("sinkhorn", TrainSpec { loss: Some(distance("sinkhorn")), ..long.clone() }),
     ];
     let mut found = Vec::new();
     for (name, spec) in ways {
@@ -238,61 +242,6 @@ fn noise_changes_what_is_learned_and_the_seed_what_is_drawn() {
     assert_ne!(plain, trained(TrainSpec { noise: 1e-3, ..spec() }));
     assert_ne!(plain, trained(TrainSpec { seed: 8, ..spec() }));
     assert_eq!(plain, trained(spec()));
-}
-
-#[test]
-fn a_loss_that_is_not_finite_stops_with_step_and_episodes_and_keeps_the_files() {
-    let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
-    let mut model = Toy::new([0.0, f32::NAN, 0.0]);
-    let error = run(&spec(), &mut model, &split, folder.path(), &Watch::silent()).unwrap_err().to_string();
-    assert!(error.contains("step 1") && error.contains("episodes"), "{error}");
-    assert!(!folder.path().join("checkpoint.bin").exists());
-}
-
-#[test]
-fn a_loss_without_a_gradient_is_refused() {
-    let share: CostSpec =
-        serde_json::from_value(serde_json::json!({ "kind": "missed", "of": { "kind": "coverage" } })).unwrap();
-    let sentence = TrainSpec { loss: Some(share), ..spec() }.build().unwrap_err().to_string();
-    assert!(sentence.contains("`loss`") && sentence.contains("gradient"), "{sentence}");
-}
-
-#[test]
-fn a_checkpoint_that_is_damaged_or_not_ours_is_refused_and_left_alone() {
-    let (split, folder) = (toy::split(&Toy::new(TRUTH)), tempfile::tempdir().unwrap());
-    let start = || Toy::new([0.0, 0.1, 0.0]);
-    run(&spec(), &mut start(), &split, folder.path(), &Watch::silent()).unwrap();
-    let checkpoint = folder.path().join("checkpoint.bin");
-    let whole = std::fs::read(&checkpoint).unwrap();
-
-    let other = TrainSpec { rate: 0.01, ..spec() };
-    let error = run(&other, &mut start(), &split, folder.path(), &Watch::silent()).unwrap_err().to_string();
-    assert!(error.contains("checkpoint.bin belongs to"), "{error}");
-    assert_eq!(std::fs::read(&checkpoint).unwrap(), whole);
-
-    std::fs::write(&checkpoint, &whole[..whole.len() / 2]).unwrap();
-    let error = run(&spec(), &mut start(), &split, folder.path(), &Watch::silent()).unwrap_err();
-    assert!(format!("{error:#}").contains("damaged"), "{error:#}");
-}
-
-#[test]
-fn data_that_cannot_be_used_is_named() {
-    let good = toy::split(&Toy::new(TRUTH));
-    let fails = |change: &dyn Fn(&mut Split)| {
-        let (mut split, folder) = (good.clone(), tempfile::tempdir().unwrap());
-        change(&mut split);
-        let error = run(&spec(), &mut Toy::new(TRUTH), &split, folder.path(), &Watch::silent()).unwrap_err();
-        format!("{error:#}")
-    };
-    let sentences = [
-        (fails(&|s| s.train.clear()), "no particle"),
-        (fails(&|s| s.train[2].states[3].positions[1].x = f64::NAN), "episode 2"),
-        (fails(&|s| s.train[1].tool = "spoon".into()), "\"spoon\""),
-        (fails(&|s| s.train[0].controls.truncate(2)), "7 states and 2 controls"),
-    ];
-    for (sentence, part) in sentences {
-        assert!(sentence.contains(part), "{sentence}");
-    }
 }
 
 fn bits(model: &Toy) -> Vec<u32> {

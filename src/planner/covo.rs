@@ -101,3 +101,78 @@ impl Covo {
         hessian
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::TemperatureSpec;
+    use super::*;
+    use crate::state::ActionSpace;
+
+    /// `½ xᵀ A x + bᵀ x + c` on a box of unequal sides.
+    struct Quadratic {
+        space: ActionSpace,
+        with_slope: bool,
+    }
+
+    const A: [[f64; 3]; 3] = [[3.0, -1.5, 0.4], [-1.5, -2.0, 0.7], [0.4, 0.7, 5.0]];
+    const SIDES: [f64; 3] = [1.0, 0.5, 4.0];
+
+    impl Quadratic {
+        fn new(with_slope: bool) -> Self {
+            let names = ["x", "y", "z"].map(String::from).to_vec();
+            let low = vec![-0.3, 1.0, -2.0];
+            let high = low.iter().zip(SIDES).map(|(low, side)| low + side).collect();
+            Self { space: ActionSpace { names, low, high }, with_slope }
+        }
+
+        fn slope(x: &[f64]) -> Vec<f64> {
+            A.iter()
+                .zip([0.3, -0.2, 1.0])
+                .map(|(row, b)| b + row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>())
+                .collect()
+        }
+    }
+
+    impl Objective for Quadratic {
+        fn space(&self) -> &ActionSpace {
+            &self.space
+        }
+        fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
+            // xᵀ (A x + b) = xᵀ A x + bᵀ x, and likewise at zero.
+            let at_zero = Self::slope(&[0.0; 3]);
+            let cost = |x: &Vec<f64>| {
+                0.7 + x.iter().zip(Self::slope(x)).zip(&at_zero).map(|((x, s), b)| 0.5 * x * (s + b)).sum::<f64>()
+            };
+            plans.iter().map(cost).collect()
+        }
+        fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+            self.with_slope.then(|| (self.costs(&[plan.to_vec()])[0], Self::slope(plan)))
+        }
+    }
+
+    #[test]
+    fn differences_of_a_quadratic_are_its_hessian_wherever_they_are_taken() {
+        for with_slope in [false, true] {
+            // In the middle, anywhere, and where the differences would leave the box.
+            for (reach, mean) in [(0.05, [0.5; 3]), (0.1, [0.2, 0.9, 0.4]), (0.25, [0.0, 1.0, 0.97])] {
+                let (objective, mut best) = (Quadratic::new(with_slope), Best::default());
+                let temperature = TemperatureSpec::Fixed { value: 1.0 };
+                let mppi = MppiSpec { samples: 2, rounds: 1, spread: 0.1, shrink: 1.0, temperature };
+                let covo = CovoSpec { mppi, reach, floor: FloorSpec::Relative { share: 0.1 } }.build().unwrap();
+                let hessian = covo.hessian(&objective, &mean, &mut best);
+                assert_eq!(hessian.len(), 9);
+                for (k, found) in hessian.iter().enumerate() {
+                    let (i, j) = (k / 3, k % 3);
+                    // By fractions of the box: ∂x/∂u is its side.
+                    let exact = SIDES[i] * A[i][j] * SIDES[j];
+                    // Costs of some tens, rounded, over the reach squared.
+                    let gap = (found - exact).abs();
+                    assert!(
+                        gap < 100.0 * f64::EPSILON / (reach * reach) * 10.0,
+                        "({i}, {j}) with {reach}, {with_slope}: off by {gap}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -46,13 +46,11 @@ impl std::ops::AddAssign for Spent {
     }
 }
 
-/// Plans that are costed without a look at the clock.
-const SLICE: usize = 16;
-
 /// An objective that answers until its budget is spent: then costs are `∞`, and there is no gradient.
 ///
-/// Plans are served in order, so that the same plans are refused whatever the thread count. A limit in seconds is looked at
-/// before each gradient call and every sixteen plans, which may outlast it by their own duration.
+/// Plans are served in order, so that for want of rollouts the same plans are refused whatever the thread count. Where seconds are
+/// limited, the clock is looked at before each slice of as many plans as there are threads, costs and gradients alike: a slice may
+/// outlast the limit by its own duration.
 pub struct Metered<'a> {
     inner: &'a dyn Objective,
     budget: Budget,
@@ -103,6 +101,11 @@ impl<'a> Metered<'a> {
 }
 
 impl Metered<'_> {
+    /// How many of `wanted` plans begin without a look at the clock: as many as run at once, or all where time is not limited.
+    fn slice(&self, wanted: usize) -> usize {
+        if self.budget.seconds.is_some() { rayon::current_num_threads() } else { wanted.max(1) }
+    }
+
     /// Costs of those plans that the budget holds now, `∞` of the others.
     fn served(&self, plans: &[Vec<f64>]) -> Vec<f64> {
         let price = self.inner.price();
@@ -113,23 +116,9 @@ impl Metered<'_> {
         costs.resize(plans.len(), f64::INFINITY);
         costs
     }
-}
 
-impl Objective for Metered<'_> {
-    fn space(&self) -> &ActionSpace {
-        self.inner.space()
-    }
-
-    fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
-        let slice = if self.budget.seconds.is_some() { SLICE } else { plans.len().max(1) };
-        plans.chunks(slice).flat_map(|plans| self.served(plans)).collect()
-    }
-
-    fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
-        self.gradients(&[plan.to_vec()]).pop()?
-    }
-
-    fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
+    /// Costs and gradients of those plans that the budget holds now, `None` for the others.
+    fn served_gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
         let price = self.inner.price();
         let both = price * self.budget.gradient_price;
         let served = self.reserve(plans.len(), both, |spent, count| spent.gradients += price * count);
@@ -147,6 +136,24 @@ impl Objective for Metered<'_> {
         }
         answers.resize(plans.len(), None);
         answers
+    }
+}
+
+impl Objective for Metered<'_> {
+    fn space(&self) -> &ActionSpace {
+        self.inner.space()
+    }
+
+    fn costs(&self, plans: &[Vec<f64>]) -> Vec<f64> {
+        plans.chunks(self.slice(plans.len())).flat_map(|plans| self.served(plans)).collect()
+    }
+
+    fn gradient(&self, plan: &[f64]) -> Option<(f64, Vec<f64>)> {
+        self.gradients(&[plan.to_vec()]).pop()?
+    }
+
+    fn gradients(&self, plans: &[Vec<f64>]) -> Vec<Option<(f64, Vec<f64>)>> {
+        plans.chunks(self.slice(plans.len())).flat_map(|plans| self.served_gradients(plans)).collect()
     }
 
     fn price(&self) -> usize {

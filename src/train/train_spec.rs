@@ -63,6 +63,10 @@ pub struct TrainSpec {
     /// Steps between two validations.
     #[schemars(range(min = 1))]
     pub validate_every: u64,
+    /// Validations in a row without a lower error than the lowest before, after which training ends; absent, it never does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
+    pub patience: Option<u64>,
     /// Steps between two lines of `metrics.jsonl`, and between two checkpoints.
     #[schemars(range(min = 1))]
     pub log_every: u64,
@@ -123,6 +127,7 @@ impl TrainSpec {
             ("validation_horizon", self.validation_horizon as u64),
             ("validate_every", self.validate_every),
             ("log_every", self.log_every),
+            ("patience", self.patience.unwrap_or(1)),
         ];
         for (key, value) in counts {
             anyhow::ensure!(value > 0, "`{key}` of the training config is 0; give at least 1");
@@ -141,6 +146,14 @@ impl TrainSpec {
         for (key, value, low, high) in ranges {
             let inside = low <= value && value <= high;
             anyhow::ensure!(inside, "`{key}` of the training config is {value}; give a number from {low} to {high}");
+        }
+        for (key, off) in [("validation", self.validation == 0.0), ("validation_windows", self.validation_windows == 0)]
+        {
+            anyhow::ensure!(
+                self.patience.is_none() || !off,
+                "`patience` of the training config counts validations, and with `{key}` = 0 there are none; raise `{key}` or leave \
+                 `patience` out"
+            );
         }
         let loss = self.loss.clone().map(CostSpec::build).transpose().context("in `loss` of the training config")?;
         anyhow::ensure!(

@@ -68,6 +68,11 @@ impl Trainer {
         let windows = Windows::new(fitted.iter().copied(), &split.tools, spec.horizon, spec.motion)?;
         let validation = Windows::new(aside.iter().copied(), &split.tools, spec.validation_horizon, spec.motion)?;
         let validation = validation.spread(spec.validation_windows);
+        anyhow::ensure!(
+            spec.patience.is_none() || !validation.is_empty(),
+            "`patience` of the training config counts validations, and no tool has two training episodes, so that none could be \
+             set aside to validate on; leave `patience` out or record more"
+        );
         let loss = spec.loss.clone().map(CostSpec::build).transpose()?;
         windows.iter().try_for_each(|w| model.accepts(&w.scene)).context("the model cannot start from the data")?;
         let weights = model.weights();
@@ -88,6 +93,7 @@ impl Trainer {
             last_rate: spec.last_rate,
             clip: spec.clip,
             validate_every: spec.validate_every,
+            patience: spec.patience,
             log_every: spec.log_every,
             keep: spec.keep,
             seed: spec.seed,

@@ -47,6 +47,8 @@ pub(super) struct TrainingLoop<'a> {
     pub(super) last_rate: f64,
     pub(super) clip: f64,
     pub(super) validate_every: u64,
+    /// Only where [`Learner::judge`] has a verdict.
+    pub(super) patience: Option<u64>,
     pub(super) log_every: u64,
     pub(super) keep: Keep,
     pub(super) seed: u64,
@@ -80,6 +82,9 @@ struct Line<V> {
     seconds: f64,
     #[serde(flatten)]
     validation: Option<V>,
+    /// Why this line is the last, where there are steps left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stopped: Option<String>,
 }
 
 impl TrainingLoop<'_> {
@@ -100,7 +105,8 @@ impl TrainingLoop<'_> {
         bar.reset_eta();
         let before = state.seconds;
         learner.set_weights(&state.weights);
-        while state.step < *steps {
+        let over = |state: &Checkpoint| state.step == *steps || self.stalled(state).is_some();
+        while !over(&state) {
             let rate = self.advance(learner, &mut state)?;
             state.seconds = before + bar.elapsed().as_secs_f64();
             bar.inc(1);
@@ -113,12 +119,16 @@ impl TrainingLoop<'_> {
                 }
                 let (count, loss, norm) = std::mem::take(&mut state.since);
                 let mean = |sum: f64| sum / count as f64;
-                let (loss, gradient_norm, seconds) = (mean(loss), mean(norm), state.seconds);
-                journal.line(&Line { step: state.step, loss, gradient_norm, rate, seconds, validation })?;
+                let (loss, gradient_norm, seconds, stopped) =
+                    (mean(loss), mean(norm), state.seconds, self.stalled(&state));
+                if let Some(reason) = &stopped {
+                    bar.println(format!("training stopped after step {} of {steps}: {reason}", state.step));
+                }
+                journal.line(&Line { step: state.step, loss, gradient_norm, rate, seconds, validation, stopped })?;
                 bar.set_message(format!("loss {loss:.4}"));
                 save(&path, identity, &state)?;
             }
-            if watch.stopped() && state.step < *steps {
+            if watch.stopped() && !over(&state) {
                 save(&path, identity, &state)?;
                 let step = state.step;
                 watch.go_on(|| {
@@ -137,6 +147,19 @@ impl TrainingLoop<'_> {
             _ => steps,
         };
         Ok(Learned { steps, kept, error, seconds })
+    }
+
+    /// Why the run ends before its last step, if it does: `patience` validations in a row were no better than the best.
+    ///
+    /// It follows from the checkpoint alone, as validations are at fixed steps: a resumed run ends where it would have ended.
+    fn stalled(&self, state: &Checkpoint) -> Option<String> {
+        let best = state.best.as_ref().map_or(0, |best| best.step);
+        let since = state.step / self.validate_every - best / self.validate_every;
+        let patience = self.patience.filter(|patience| state.step < self.steps && since >= *patience)?;
+        Some(match best {
+            0 => format!("none of {patience} validations had a finite error"),
+            _ => format!("no validation after step {best} had a lower error than it, {patience} in a row"),
+        })
     }
 
     /// One step: sums the gradients of a batch in their order, clips, and lets Adam move the weights.

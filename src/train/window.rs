@@ -64,8 +64,10 @@ impl<'a> Window<'a> {
     ///
     /// Two steps of a walk `n₋₁ ~ N(0, σ²/2)`, `n₀ = n₋₁ + N(0, σ²/2)` per coordinate shift the previous and the present
     /// position; the velocity, their backward difference, shifts by `(n₀ − n₋₁)/interval`, and so do earlier velocities by steps of
-    /// their own. `sigma` in \[m\].
-    /// After Sanchez-Gonzalez et al. (2020), appendix B.
+    /// their own. `sigma` in \[m\] is the deviation of the present position, and √2 times that of every velocity's step.
+    ///
+    /// Simpler than Sanchez-Gonzalez et al. (2020), appendix B, whose velocities walk: there noise adds up over the history until the
+    /// last velocity's deviation is the stated one, positions are sums of the noisy velocities, and targets move with the last of them.
     pub fn disturb(&mut self, sigma: f64, rng: &mut ChaCha8Rng) {
         let share = sigma * 0.5_f64.sqrt();
         // The past has a stream of its own: what a model without memory is trained on does not depend on it.

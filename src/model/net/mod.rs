@@ -14,6 +14,8 @@
 //! Operations run on one thread and share nothing, so callers parallelise over rollouts.
 mod aggregate;
 mod aggregation;
+#[cfg(test)]
+mod agreement;
 mod architecture;
 mod bfloat16;
 mod dense;

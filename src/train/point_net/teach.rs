@@ -87,6 +87,7 @@ impl<T: Sync> Lesson<'_, T> {
             last_rate: spec.last_rate,
             clip: spec.clip,
             validate_every: spec.log_every,
+            patience: None,
             log_every: spec.log_every,
             keep: Keep::Best,
             seed: spec.seed,
