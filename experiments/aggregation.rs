@@ -1,6 +1,7 @@
 //! Claim: summed messages predict dough better than averaged ones and than the greatest.
 //!
 //! Command: `cargo run --release --bin experiments -- aggregation`, about 4 minutes. Table: `paper/tables/aggregation.tex`.
+use crate::adjudge::{ONE_STEP, ROLLOUT, errs_less};
 use crate::claim::{Experiment, Rows, changed, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -14,10 +15,11 @@ pub(crate) const CLAIM: Experiment = Experiment {
 };
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation(
-        "How messages become one",
-        &trials(rows)?,
-        |change| changed(change, "sum"),
-        |_, model| ("baseline", model),
-    ))
+    let trials = trials(rows)?;
+    let name = |change: &str| changed(change, "sum");
+    let mut grid = ablation("How messages become one", &trials, name, |_, model| ("baseline", model));
+    let pairs = [["sum", "mean"], ["sum", "max"]];
+    let judged = [ONE_STEP, ROLLOUT].map(|error| errs_less("sums err less", error, 1.0, &trials, name, &pairs));
+    grid.notes.extend(judged);
+    Ok(grid)
 }

@@ -137,9 +137,19 @@ pub(crate) fn difference_of(
     mine: &[&Row],
     reference: &[&Row],
 ) -> Option<Interval> {
+    paired(value, 1.0, mine, reference)
+}
+
+/// A number of `mine` minus so many times that of `reference`, likewise.
+pub(crate) fn paired(
+    value: impl Fn(&Row) -> Option<f64>,
+    times: f64,
+    mine: &[&Row],
+    reference: &[&Row],
+) -> Option<Interval> {
     Interval::over_seeds(mine.iter().filter_map(|row| {
         let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
-        Some((row.seed, value(row)? - value(other)?))
+        Some((row.seed, value(row)? - times * value(other)?))
     }))
 }
 

@@ -3,6 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- endurance`, about 45 minutes; stopped, it goes on with the materials that it has
 //! not finished, found under `runs/endurance`. Table: `paper/tables/endurance.tex`.
+use crate::adjudge::adjudge;
 use crate::claim::{Experiment, Rows, Size, number, read};
 use anyhow::{Context, ensure};
 use pliant::config;
@@ -190,6 +191,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         cells.push(if whole(row) { "yes" } else { "no" }.into());
         cells
     };
+    let claims = rows.iter().map(|row| (row["material"].as_str().unwrap_or("–").to_owned(), Some(whole(row))));
     let header = [
         "material",
         "actions",
@@ -213,6 +215,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 "fastest: over a control step, at most {THROWN} m/s allowed; left: particles beyond {WORKSPACE} m at the end of an episode"
             ),
             "volume: as a share of the start's, after each action".into(),
+            adjudge("nothing explodes or falls through the table; what leaves is counted", claims),
         ],
     })
 }

@@ -3,6 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- gradient_quality`, about ten minutes. Table:
 //! `paper/tables/gradient_quality.tex`.
+use crate::adjudge::{adjudge, lower};
 use crate::claim::{Experiment, Rows, Size, median, number};
 use anyhow::Context;
 use pliant::compare::{self, CompareSpec, Contender, Source};
@@ -167,6 +168,16 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         cells.push(format!("{:.2}", 1e3 * median(lengths)));
         cells
     };
+    let uphill = |model: &str, wanted: bool| {
+        let mine = rows.iter().filter(|row| row["model"] == model && firm(row) == wanted);
+        Interval::over_seeds(mine.filter_map(|row| Some((row["seed"].as_u64()?, -row["cosine"].as_f64()?))))
+    };
+    // The first are the world's own.
+    let claims = models.iter().skip(1).flat_map(|model| {
+        [("light", false), ("firm", true)]
+            .map(|(how, wanted)| (format!("{model}, {how}"), lower(uphill(model, wanted))))
+    });
+    let claims = adjudge("a cosine above zero with the world's differences", claims);
     let header = ["model", "light: cosine", "downhill", "firm: cosine", "downhill", "length [mm]"];
     Ok(Grid {
         title: "Gradients of the cost by the action, against the world's central differences".into(),
@@ -184,6 +195,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 2.0 * STEP
             ),
             "length: median over all actions of |∂J/∂u|, u the action as fractions of its box".into(),
+            claims,
         ],
     })
 }

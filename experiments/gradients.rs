@@ -2,7 +2,8 @@
 //! the model promises more of than sampling alone does, whatever the budget.
 //!
 //! Command: `cargo run --release --bin experiments -- gradients`, about fifteen minutes. Table: `paper/tables/gradients.tex`.
-use crate::claim::{self, Experiment, Rows, SMALL_FITS, Size, compared, difference, difference_of, median};
+use crate::adjudge::{adjudge, lower};
+use crate::claim::{Experiment, Rows, SMALL_FITS, Size, compared, difference, difference_of, median};
 use indexmap::IndexSet;
 use pliant::compare::Row;
 use pliant::table::{Grid, Interval, verdict};
@@ -153,8 +154,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let said = |what: &str, found| format!("{what} with {model} against {REFERENCE}: {}", verdict(found));
         for planner in planners.iter().filter(|planner| **planner != REFERENCE && !promises.is_empty()) {
             let own = promises.iter().filter(|(label, _)| label.starts_with(&format!("{planner} at ")));
-            let always = own.into_iter().all(|(_, promise)| promise.is_some_and(|i| i.mean + i.half < 0.0));
-            kept.push(format!("{planner} with {model} {}", claim::verdict(always)));
+            kept.extend(own.map(|(label, promise)| (format!("{label} with {model}"), lower(*promise))));
         }
         if !promises.is_empty() {
             verdicts.extend([said("predicted", promises), said("achieved", costs)]);
@@ -182,6 +182,6 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             .to_owned(),
     ];
     notes.extend(verdicts);
-    notes.push(format!("claim, a lower predicted cost than {REFERENCE} at every budget: {}", kept.join("; ")));
+    notes.push(adjudge(&format!("a lower predicted cost than {REFERENCE} at every budget"), kept));
     Ok(Grid { title: "When exact gradients pay".into(), header: header.map(String::from).to_vec(), rows: lines, notes })
 }

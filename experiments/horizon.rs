@@ -1,6 +1,7 @@
 //! Claim: training on two steps lowers the rollout error against one, and four against two.
 //!
 //! Command: `cargo run --release --bin experiments -- horizon`, about 4 minutes. Table: `paper/tables/horizon.tex`.
+use crate::adjudge::{ROLLOUT, errs_less};
 use crate::claim::{Experiment, Rows, changed, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -14,10 +15,10 @@ pub(crate) const CLAIM: Experiment = Experiment {
 };
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation(
-        "Steps that training rolls out",
-        &trials(rows)?,
-        |change| changed(change, "2"),
-        |_, model| ("baseline", model),
-    ))
+    let trials = trials(rows)?;
+    let name = |change: &str| changed(change, "2");
+    let mut grid = ablation("Steps that training rolls out", &trials, name, |_, model| ("baseline", model));
+    let pairs = [["2", "1"], ["4", "2"]];
+    grid.notes.push(errs_less("more steps err less", ROLLOUT, 1.0, &trials, name, &pairs));
+    Ok(grid)
 }

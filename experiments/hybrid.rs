@@ -2,8 +2,9 @@
 //! tools and sizes that nobody showed them.
 //!
 //! Command: `cargo run --release --bin experiments -- hybrid`, about fifty minutes. Table: `paper/tables/hybrid.tex`.
+use crate::adjudge::{adjudge, lower};
 use crate::claim::{Experiment, Rows, Size};
-use crate::transfer::{Exam, Lesson, Model, dataset, judged, lines};
+use crate::transfer::{Exam, Lesson, Model, dataset, duels, judged, lines};
 use pliant::table::Grid;
 use pliant::watch::Watch;
 use serde_json::Value;
@@ -16,6 +17,10 @@ pub(crate) const CLAIM: Experiment = Experiment {
     rows: Rows::Measured(measure),
     table,
 };
+
+/// The parents.
+const WRITTEN: &str = "analytic";
+const NETWORK: &str = "learned";
 
 /// The parents and the hybrids; networks that see everything train for equally many steps.
 const MODELS: [Model<'_>; 8] = [
@@ -70,5 +75,15 @@ fn measure(size: Size, _: &Path, watch: &Watch) -> anyhow::Result<Vec<Value>> {
 }
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(lines("Hybrids against their parents", rows, |model| model == "learned"))
+    let mut grid = lines("Hybrids against their parents", rows, |model| model == NETWORK);
+    let duels = duels(rows, |model| ![WRITTEN, NETWORK].contains(&model), |model| model == NETWORK);
+    // The first lesson is the shortest.
+    let few = rows.first().and_then(|row| row["lesson"].as_str()).unwrap_or("–");
+    let least = duels.iter().filter(|duel| duel.lesson == few && duel.exam == "the same");
+    let least = least.map(|duel| (duel.mine.to_owned(), lower(duel.difference)));
+    grid.notes.push(adjudge(&format!("hybrids err less over rollouts than the network after {few}"), least));
+    let unseen = duels.iter().filter(|duel| duel.exam != "the same");
+    let unseen = unseen.map(|duel| (format!("{} on {}", duel.mine, duel.exam), lower(duel.difference)));
+    grid.notes.push(adjudge("hybrids err less over rollouts than the network on what nobody showed them", unseen));
+    Ok(grid)
 }

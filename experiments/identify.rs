@@ -2,6 +2,7 @@
 //! Rapier's dough further than random points do at equal evaluations.
 //!
 //! Command: `cargo run --release --bin experiments -- identify`, about fifteen minutes. Table: `paper/tables/identify.tex`.
+use crate::adjudge::adjudge;
 use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::recovery::{CONSTANTS, Truth, worst};
 use anyhow::{Context, ensure};
@@ -196,15 +197,21 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         "seconds",
         "claim",
     ];
+    let lines: Vec<Vec<String>> = groups.iter().map(line).collect();
+    // The last column is the claim, of baselines a dash.
+    let claims = lines.iter().filter(|line| line[line.len() - 1] != "–");
+    let claims = claims.map(|line| (format!("{}, {}", line[0], line[1]), Some(line[line.len() - 1] == verdict(true))));
+    let claims = adjudge("every search recovers, and errs less on dough", claims);
     Ok(Grid {
         title: "Identification: constants recovered from data of the model itself, and held-out errors on Rapier's dough".into(),
         header: header.map(String::from).to_vec(),
-        rows: groups.iter().map(line).collect(),
+        rows: lines,
         notes: vec![
             format!("medians over {} starts; off by: the worst of {} constants", of(&groups[0]).len(), CONSTANTS.len()),
             "noise: standard deviation of every recorded coordinate, and of the differences that velocities are".into(),
             "before, after: root mean square error on held-out windows, from the start's constants and from those found".into(),
             format!("claim: recovery within {:.0} %; dough: lower from every start, and lower than by random points", 100.0 * RECOVERED),
+            claims,
         ],
     })
 }

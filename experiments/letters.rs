@@ -2,6 +2,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- letters`, about twenty minutes. Table: `paper/tables/letters.tex`. The letters
 //! as pictures: `gallery.html` in the trial's folder below `runs/sweep`.
+use crate::adjudge::between;
 use crate::claim::{Experiment, Rows};
 use pliant::table::{Grid, TrialRow, summary};
 use serde_json::Value;
@@ -16,5 +17,7 @@ pub(crate) const CLAIM: Experiment = Experiment {
 
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
     let rows = rows.iter().map(|r| Ok(TrialRow::read(r)?.row)).collect::<anyhow::Result<Vec<_>>>()?;
-    Ok(Grid { title: "Letters".into(), ..summary(&rows) })
+    let mut grid = summary(&rows);
+    grid.notes.extend(between(&rows));
+    Ok(Grid { title: "Letters".into(), ..grid })
 }

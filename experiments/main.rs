@@ -7,6 +7,7 @@ use pliant::watch::Watch;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+mod adjudge;
 mod aggregation;
 mod box_bath;
 mod claim;

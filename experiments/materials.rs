@@ -2,6 +2,7 @@
 //! gains more by them than in dough itself, where they are only more of the same.
 //!
 //! Command: `cargo run --release --bin experiments -- materials`, about fifteen minutes. Table: `paper/tables/materials.tex`.
+use crate::adjudge::{adjudge, lower};
 use crate::claim::{Experiment, Rows, changed, difference, trials};
 use indexmap::IndexSet;
 use pliant::compare::Row;
@@ -104,9 +105,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         "predicted − achieved [mm]",
     ];
     let elsewhere = costs.iter().filter(|(label, _)| !label.ends_with(&format!(" in {OWN}")));
-    let (held, asked) = elsewhere.fold((0, 0), |(held, asked), (_, cost)| {
-        (held + usize::from(cost.is_some_and(|i| i.mean + i.half < 0.0)), asked + 1)
-    });
+    let elsewhere = elsewhere.map(|(label, cost)| (label.clone(), lower(*cost))).collect::<Vec<_>>();
+    let beyond_own = further.iter().map(|(label, gain)| (label.clone(), lower(*gain))).collect::<Vec<_>>();
     let start = Interval::over_seeds(trials.iter().map(|trial| (trial.row.seed, trial.row.start)));
     let start = Interval::millimetres(start);
     Ok(Grid {
@@ -121,8 +121,8 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
             format!("before the action the cost is {start} mm; the goal is what another action has made of the same start, so that it can be 0"),
             format!("rollout error after adapting against before: {}", verdict(errors)),
             format!("achieved after adapting against before: {}", verdict(costs)),
-            format!("what adapting changes of the achieved cost against what it changes in dough: {}", verdict(further)),
-            format!("claim, a lower achieved cost in another material after adapting: holds for {held} of {asked}"),
+            adjudge("a lower achieved cost in another material after adapting", elsewhere),
+            adjudge("adapting lowers the achieved cost more there than in dough", beyond_own),
             format!("achieved with the first layers adapted against with all: {}", verdict(partly)),
         ],
     })

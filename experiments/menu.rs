@@ -3,6 +3,7 @@
 //! deep networks of images).
 //!
 //! Command: `cargo run --release --bin experiments -- menu`, about 15 minutes. Table: `paper/tables/menu.tex`.
+use crate::adjudge::{ONE_STEP, ROLLOUT, adjudge, by_planner, lower, predicted, rows_of};
 use crate::claim::{Experiment, Rows, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
@@ -23,8 +24,23 @@ pub(crate) const CLAIM: Experiment = Experiment {
     table,
 };
 
+/// The scene, who is claimed to do better there, and than whom.
+const CLAIMED: [[&str; 3]; 2] = [["dough", "learned", "latent"], ["pile", "linear", "learned"]];
+
 fn table(rows: &[Value]) -> anyhow::Result<Grid> {
-    Ok(ablation("Kinds of learned model", &trials(rows)?, name, |change, _| (change, "learned")))
+    let trials = trials(rows)?;
+    let mut grid = ablation("Kinds of learned model", &trials, name, |change, _| (change, "learned"));
+    for [scene, mine, other] in CLAIMED {
+        let of = |model: &str| rows_of(&trials, |trial| name(&trial.change) == scene && trial.row.model == model);
+        let (first, second) = (of(mine), of(other));
+        let mut lines: Vec<(String, Option<bool>)> = Vec::new();
+        for error in [ONE_STEP, ROLLOUT] {
+            lines.push((error.0.to_owned(), lower(predicted(error, 1.0, &first, &second))));
+        }
+        lines.push(("achieved cost".to_owned(), lower(by_planner(&first, &second))));
+        grid.notes.push(adjudge(&format!("{mine} errs and costs less than {other} on the {scene}"), lines));
+    }
+    Ok(grid)
 }
 
 fn name(change: &str) -> String {

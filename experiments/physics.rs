@@ -3,6 +3,7 @@
 //!
 //! Command: `cargo run --release --bin experiments -- physics`, half a minute. Table: `paper/tables/physics.tex`. Linux only: CPU
 //! time is read from `/proc`.
+use crate::adjudge::adjudge;
 use crate::claim::{Experiment, Rows, Size, median, number, verdict};
 use crate::lump::{away, block, pressed, under};
 use crate::remembering::remembering;
@@ -178,6 +179,12 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
         let claim = verdict((low..=high).contains(&value));
         vec![text("model"), text("what"), shown, bound, claim.to_owned()]
     };
+    let claims = rows.iter().map(|row| {
+        let [model, what] = ["model", "what"].map(|key| row[key].as_str().unwrap_or("–"));
+        let held = (number(row, "low")..=number(row, "high")).contains(&number(row, "value"));
+        (format!("{model}, {what}"), Some(held))
+    });
+    let claims = adjudge("every line within its bound", claims);
     let most = |key: &str| rows.iter().map(|row| number(row, key)).fold(f64::NAN, f64::max);
     let (load, cores) = (most("load"), most("cores"));
     let header = ["model", "what", "measured", "bound", "claim"];
@@ -203,6 +210,7 @@ fn table(rows: &[Value]) -> anyhow::Result<Grid> {
                 "two threads: wall time of this machine, the best of several rounds, while up to {load:.0} threads of all programs wanted its \
                  {cores:.0} cores"
             ),
+            claims,
         ],
     })
 }

@@ -2,6 +2,7 @@
 use crate::claim::{median, number};
 use crate::cpu::cpu_seconds;
 use anyhow::Context;
+use indexmap::IndexSet;
 use pliant::compare::{Artifacts, Contender, ContenderSpec, RUNS, dataset_folder};
 use pliant::config::{self, Fingerprint, fingerprint};
 use pliant::data::{Dataset, DatasetSpec, Episode, HELD_OUT, simulate};
@@ -141,6 +142,42 @@ fn seeded(value: Value, seed: u64) -> Value {
         Value::Array(items) => items.into_iter().map(|item| seeded(item, seed)).collect(),
         other => other,
     }
+}
+
+/// Two models that were judged after the same lesson, and the first's rollout error minus the second's, paired by seed.
+pub(crate) struct Duel<'a> {
+    pub(crate) lesson: &'a str,
+    pub(crate) exam: &'a str,
+    pub(crate) mine: &'a str,
+    pub(crate) theirs: &'a str,
+    pub(crate) difference: Option<Interval>,
+}
+
+/// All pairs of a model that is claimed to err less and one that is claimed to err more.
+pub(crate) fn duels<'a>(
+    rows: &'a [Value],
+    mine: impl Fn(&str) -> bool,
+    theirs: impl Fn(&str) -> bool,
+) -> Vec<Duel<'a>> {
+    let text = |row: &'a Value, key: &str| row[key].as_str().unwrap_or("–");
+    let keys: IndexSet<[&str; 3]> =
+        rows.iter().map(|row| ["lesson", "exam", "model"].map(|key| text(row, key))).collect();
+    // A rollout that was not finite is null: no error, and no difference.
+    let errors = |key: &[&str; 3]| {
+        let own = rows.iter().filter(|row| ["lesson", "exam", "model"].map(|key| text(row, key)) == *key);
+        own.map(|row| (row["seed"].as_u64().unwrap_or(0), number(row, "rollout"))).collect::<Vec<_>>()
+    };
+    let pairs = keys.iter().flat_map(|a| keys.iter().map(move |b| (a, b)));
+    let pairs = pairs.filter(|(a, b)| a[..2] == b[..2] && mine(a[2]) && theirs(b[2]));
+    let duel = |(a, b): (&[&'a str; 3], &[&'a str; 3])| {
+        let others = errors(b);
+        let both = errors(a).into_iter().filter_map(|(seed, x)| {
+            let (_, y) = others.iter().find(|(other, _)| *other == seed)?;
+            Some((seed, x - y))
+        });
+        Duel { lesson: a[0], exam: a[1], mine: a[2], theirs: b[2], difference: Interval::over_seeds(both) }
+    };
+    pairs.map(duel).collect()
 }
 
 const NOTES: [&str; 2] = [

@@ -1,4 +1,5 @@
-//! Goals: the shapes that plans aim at. None comes from a model that plans.
+//! Goals: the shapes that plans aim at. None comes from a model that is written or fitted; those of hidden actions are what the
+//! simulator makes of them, and the simulator is also what plans as `oracle`.
 use crate::data::DatasetSpec;
 use crate::metric::{Matching, Metric, sampling_floor};
 use crate::perception::{Observation, Perception, PerceptionSpec};
@@ -59,7 +60,7 @@ pub struct Source<'a> {
 
 /// Makes a goal for one start.
 pub trait GoalMaker: Send + Sync {
-    /// The goal for this start; its points may depend on the start and the seed, never on a model.
+    /// The goal for this start; its points may depend on the start, the seed and the simulator (`oracle`), on no other model.
     ///
     /// # Errors
     /// A file that cannot be read, a hidden action that the world cannot execute.
