@@ -56,15 +56,6 @@ pub(crate) fn predicted((_, error): Error, times: f64, mine: &[&Row], reference:
     Some(if once(mine) && once(reference) { Interval { half: f64::INFINITY, count: 1, ..interval } } else { interval })
 }
 
-/// Achieved cost of `mine` minus that of `reference`, paired by planner, goal and seed \[m\].
-pub(crate) fn by_planner(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
-    let key = |row: &Row| (row.planner.clone(), row.goal.clone(), row.seed);
-    Interval::over_seeds(mine.iter().filter_map(|row| {
-        let other = reference.iter().find(|other| key(other) == key(row))?;
-        Some((row.seed, row.achieved? - other.achieved?))
-    }))
-}
-
 /// The rows of those trials that are asked for.
 pub(crate) fn rows_of(trials: &[TrialRow], wanted: impl Fn(&TrialRow) -> bool) -> Vec<&Row> {
     trials.iter().filter(|trial| wanted(trial)).map(|trial| &trial.row).collect()

@@ -147,8 +147,24 @@ pub(crate) fn paired(
     mine: &[&Row],
     reference: &[&Row],
 ) -> Option<Interval> {
+    paired_by(|row| (row.goal.as_str(), row.seed), value, times, mine, reference)
+}
+
+/// Achieved cost of `mine` minus that of `reference`, paired by planner, goal and seed \[m\].
+pub(crate) fn by_planner(mine: &[&Row], reference: &[&Row]) -> Option<Interval> {
+    paired_by(|row| (row.planner.as_str(), row.goal.as_str(), row.seed), |row| row.achieved, 1.0, mine, reference)
+}
+
+/// A number of `mine` minus so many times that of the row of `reference` with the same key.
+fn paired_by<'a, K: PartialEq>(
+    key: impl Fn(&'a Row) -> K,
+    value: impl Fn(&Row) -> Option<f64>,
+    times: f64,
+    mine: &[&'a Row],
+    reference: &[&'a Row],
+) -> Option<Interval> {
     Interval::over_seeds(mine.iter().filter_map(|row| {
-        let other = reference.iter().find(|other| (&other.goal, other.seed) == (&row.goal, row.seed))?;
+        let other = reference.iter().find(|other| key(other) == key(row))?;
         Some((row.seed, value(row)? - times * value(other)?))
     }))
 }

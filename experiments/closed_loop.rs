@@ -1,8 +1,8 @@
 //! Claim: with two actions, every model achieves more by observing between them than by planning both at once.
 //!
 //! Command: `cargo run --release --bin experiments -- closed_loop`, about three minutes. Table: `paper/tables/closed_loop.tex`.
-use crate::adjudge::{adjudge, by_planner, lower, rows_of};
-use crate::claim::{Experiment, Rows, SMALL_FITS, trials};
+use crate::adjudge::{adjudge, lower, rows_of};
+use crate::claim::{Experiment, Rows, SMALL_FITS, by_planner, trials};
 use indexmap::IndexSet;
 use pliant::table::{Grid, ablation};
 use serde_json::Value;

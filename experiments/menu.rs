@@ -3,8 +3,8 @@
 //! deep networks of images).
 //!
 //! Command: `cargo run --release --bin experiments -- menu`, about 15 minutes. Table: `paper/tables/menu.tex`.
-use crate::adjudge::{ONE_STEP, ROLLOUT, adjudge, by_planner, lower, predicted, rows_of};
-use crate::claim::{Experiment, Rows, trials};
+use crate::adjudge::{ONE_STEP, ROLLOUT, adjudge, lower, predicted, rows_of};
+use crate::claim::{Experiment, Rows, by_planner, trials};
 use pliant::table::{Grid, ablation};
 use serde_json::Value;
 

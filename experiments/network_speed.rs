@@ -1,6 +1,6 @@
 //! Claim: on one thread the network runs forward at least 5 × as fast as PyTorch as peers write it, 3 × as PyTorch with the first
-//! layer split, 2 × as JAX with it split; forward and backward together 4 ×, 2.5 × and 2.5 ×; and 2 ×,
-//! both ways, as PyTorch's compiler makes it at 2000 nodes and a width of 128.
+//! layer split, 2 × as JAX with it split; forward and backward together 4 ×, 2.5 × and 2.5 ×; and 2 ×, both ways,
+//! as PyTorch's compiler makes it at 2000 nodes and a width of 128.
 //!
 //! Command: `pip install torch==2.15.0 jax==0.10.2 safetensors==0.8.0`, then `cargo run --release --bin experiments --
 //! network_speed`, about a quarter of an hour; the interpreter by `python=PATH`. Table: `paper/tables/network_speed.tex`. Linux only: CPU

@@ -27,12 +27,16 @@ pub enum ControlSpec {
 }
 
 impl ControlSpec {
-    /// Refuses a threshold that is no distance.
+    /// Refuses a threshold that is no distance, and one that no plan of `lookahead` actions can be kept by.
     ///
     /// # Errors
     /// A sentence naming the key.
-    pub(super) fn check(self) -> anyhow::Result<()> {
+    pub(super) fn check(self, lookahead: usize) -> anyhow::Result<()> {
         let Self::Triggered { threshold } = self else { return Ok(()) };
+        ensure!(
+            lookahead > 1,
+            "`control` is triggered, but plans describe one action, so that none is ever kept; set `lookahead=2`"
+        );
         ensure!(threshold >= 0.0, "control.triggered.threshold is {threshold} m; it must be at least 0");
         Ok(())
     }

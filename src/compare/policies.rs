@@ -8,7 +8,7 @@ use crate::watch::Watch;
 use anyhow::Context;
 use indexmap::IndexMap;
 use serde::Serialize;
-use std::ffi::OsStr;
+use std::borrow::Cow;
 
 /// All that a policy depends on: its folder is named by the fingerprint of this, which stands in it as `recipe.json`.
 #[derive(Serialize)]
@@ -18,7 +18,7 @@ struct Recipe<'a> {
     /// The model that it learns from.
     model: &'a ContenderSpec,
     /// Names of the folders of the stages that fitted it, which are fingerprints of all that each depends on, interactions too.
-    fits: Vec<&'a OsStr>,
+    fits: Vec<Cow<'a, str>>,
     tool: &'a ToolSpec,
     steps: usize,
     policy: &'a PolicySpec,
@@ -38,7 +38,7 @@ pub(super) fn policies(
         let recipe = Recipe {
             dataset: dataset.to_string(),
             model: &spec.model[&contender.name],
-            fits: contender.stages.values().filter_map(|folder| folder.file_name()).collect(),
+            fits: contender.stages.values().filter_map(|folder| Some(folder.file_name()?.to_string_lossy())).collect(),
             tool: &spec.dataset.tool[name],
             steps: spec.dataset.steps,
             policy: &spec.policy,

@@ -33,8 +33,6 @@ pub(super) struct Run<'a> {
     pending: VecDeque<Next>,
     /// Where the model thinks that the last action ends, in open loop.
     imagined: Option<Seen>,
-    /// Whether nothing was left to do.
-    there: bool,
 }
 
 /// A state to plan from.
@@ -69,7 +67,6 @@ impl<'a> Run<'a> {
             predicted: None,
             pending: VecDeque::new(),
             imagined: None,
-            there: false,
         })
     }
 
@@ -84,7 +81,6 @@ impl<'a> Run<'a> {
             None => Seen { particles: self.observe(action)?, snapshot: None },
         };
         if self.bench.spec.until.is_some_and(|least| self.cost.at(0, 0, &seen.particles) <= least) {
-            self.there = true;
             return Ok(None);
         }
         let kept =
@@ -192,12 +188,13 @@ impl<'a> Run<'a> {
 
     /// What has come of it.
     pub(super) fn result(&self) -> Attempt {
-        let Self { bench, entry, predicted, spent, there, .. } = self;
+        let Self { bench, entry, predicted, spent, .. } = self;
         let (contender, (goal_name, goal)) = (entry.contender, entry.goal);
         let end = self.world.particles();
         let value = |particles: &Particles| self.cost.at(0, 0, particles);
-        // Without a plan nothing was achieved, which is not the same as having left the shape as it was, unless it was the goal's.
-        let counts = predicted.is_some() || *there;
+        // A search that found no plan achieved nothing, which is not the same as having left the shape as it was. Who never searched
+        // was there from the start.
+        let counts = predicted.is_some() || self.plans == 0;
         let measure = |(name, metric): (&str, &dyn Metric)| {
             let value = metric.evaluate(&end.positions, &goal.points, goal.matching);
             (name.to_owned(), value.filter(|v| counts && v.is_finite()))

@@ -5,7 +5,7 @@ use crate::chooser::ChooserSpec;
 use crate::data::DatasetSpec;
 use crate::metric::{CostSpec, METRICS, MetricSpec};
 use crate::perception::{Observation, PerceptionSpec};
-use crate::planner::PlannerSpec;
+use crate::planner::{Planner, PlannerSpec};
 use crate::problem::Budget;
 use crate::shape::{Shape, read_points};
 use crate::train::policy::PolicySpec;
@@ -169,39 +169,39 @@ impl CompareSpec {
         }
         self.check_gradients()?;
         self.check_proposals()?;
-        anyhow::ensure!(
-            self.lookahead > 1 || !matches!(self.control, ControlSpec::Triggered { .. }),
-            "`control` is triggered, but plans describe one action, so that none is ever kept; set `lookahead=2`"
-        );
-        self.control.check()
+        self.control.check(self.lookahead)
     }
 
     /// Refuses planners that would learn to propose single actions where plans are several.
     fn check_proposals(&self) -> anyhow::Result<()> {
-        for (name, planner) in &self.planner {
-            anyhow::ensure!(
-                self.lookahead == 1 || !planner.clone().build()?.wants_proposals(),
-                "planner.{name} costs what a policy proposes, which is one action, and `lookahead` is {}: leave that planner out, or \
-                 set `lookahead=1`",
-                self.lookahead
-            );
-        }
-        Ok(())
+        let Some(name) = self.planner_that(self.lookahead > 1, |planner| planner.wants_proposals())? else {
+            return Ok(());
+        };
+        anyhow::bail!(
+            "planner.{name} costs what a policy proposes, which is one action, and `lookahead` is {}: leave that planner out, or set \
+             `lookahead=1`",
+            self.lookahead
+        )
     }
 
     /// Refuses planners that can have no plan whatever the model.
     fn check_gradients(&self) -> anyhow::Result<()> {
-        if self.cost.clone().build()?.has_gradient() {
-            return Ok(());
+        let flat = !self.cost.clone().build()?.has_gradient();
+        let Some(name) = self.planner_that(flat, |planner| planner.wants_gradients())? else { return Ok(()) };
+        anyhow::bail!(
+            "planner.{name} follows gradients, and `cost` has none: a share changes by steps; leave that planner out, or choose a \
+             distance, such as cost={{kind=chamfer}}"
+        )
+    }
+
+    /// Name of the first planner that wants what is not there, where it is `missing`.
+    fn planner_that(&self, missing: bool, wants: fn(&dyn Planner) -> bool) -> anyhow::Result<Option<&str>> {
+        for (name, planner) in self.planner.iter().filter(|_| missing) {
+            if wants(&*planner.clone().build()?) {
+                return Ok(Some(name));
+            }
         }
-        for (name, planner) in &self.planner {
-            anyhow::ensure!(
-                !planner.clone().build()?.wants_gradients(),
-                "planner.{name} follows gradients, and `cost` has none: a share changes by steps; leave that planner out, or choose \
-                 a distance, such as cost={{kind=chamfer}}"
-            );
-        }
-        Ok(())
+        Ok(None)
     }
 
     /// The same comparison with every mesh of its tools taken from `data.root`.

@@ -165,6 +165,7 @@ mod tests {
             number(circles[0], "cx") < number(circles[1], "cx") && number(circles[0], "cy") > number(circles[1], "cy")
         );
     }
+
     #[test]
     fn a_picture_holds_what_was_pushed_aside_but_not_what_was_flung_away_and_counts_it() {
         let given = [DVec3::ZERO, DVec3::new(0.02, 0.02, 0.0)];

@@ -7,7 +7,8 @@ use crate::config::write_whole;
 pub fn sentence(step: &Step) -> String {
     let Step { action, tool, predicted, achieved, seconds, rollouts, gradients, .. } = step;
     format!(
-        "{action}  {tool}  {}: predicted {:.2} mm, achieved {:.2} mm, planned in {seconds:.2} s with {rollouts} rollouts, {gradients} gradients",
+        "{action}  {tool}  {}: predicted {:.2} mm, achieved {:.2} mm, planned in {seconds:.2} s with {rollouts} \
+         rollouts, {gradients} gradients",
         theta(step),
         1e3 * predicted,
         1e3 * achieved

@@ -41,10 +41,10 @@ pub struct LearnedSpec {
     /// Names of the edge kinds that carry messages.
     pub edges: Vec<String>,
     /// Whether all kinds have one edge network, which a flag tells the kind, in place of one each.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub shared_edges: bool,
     /// Whether what rounds and decoder read of a node is brought to mean zero and variance one (Ba, Kiros & Hinton 2016).
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub layer_norm: bool,
     /// Distance at which a message has faded to zero, at most the graph's radius \[m\].
     #[schemars(range(min = 1e-6))]
@@ -243,10 +243,6 @@ impl Law for Learned {
 fn within<'a>(view: &View<'a>, seen: &'a Seen) -> View<'a> {
     let Seen { particles, past, walls, poses, twists } = seen;
     View { particles, past, walls, poses, twists, ..*view }
-}
-
-fn is_false(value: &bool) -> bool {
-    !value
 }
 
 fn one() -> usize {
